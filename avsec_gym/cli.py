@@ -70,6 +70,14 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
         },
     ),
     "train": "avsec_gym.commands.train:Train",
+    "agents": CommandGroup(
+        "Agents that play the environments, beside searched baselines.",
+        {
+            "train": "avsec_gym.commands.agents:AgentsTrain",
+            "evaluate": "avsec_gym.commands.agents:AgentsEvaluate",
+            "list": "avsec_gym.commands.agents:AgentsList",
+        },
+    ),
     "error-model": CommandGroup(
         "What a detector gets wrong, for drives without images.",
         {

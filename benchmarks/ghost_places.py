@@ -25,150 +25,35 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import cma
 import gymnasium as gym
 import numpy as np
 import torch
 
 import avsec_gym
-from avsec_gym.envs.place_features import PlaceFeatures
+from avsec_gym.agents.place_rules import (
+    NEAREST,
+    Scores,
+    constants,
+    played,
+    points,
+    spot_table,
+    success,
+)
 from avsec_gym.metrics.intervals import wilson_interval
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
-from train_ghost_attacker import HELD_OUT, ID, TRAINING, agent_for, places_in, train
+from train_ghost_attacker import HELD_OUT, TRAINING, agent_for, train
 
-EVALUATIONS = 5000
 INTENTIONS = slice(2, 5)
 WALLS = np.array([[-0.1, 0.2], [-0.3, 0.1], [-0.5, -0.1]])
 """Where two ghosts of v0 stand, y in action units, for left, straight and right."""
-
-
-@dataclass(frozen=True, eq=False)
-class Episodes:
-    """Episodes of v1 with what each place would do."""
-
-    observations: np.ndarray
-    """Shape (B, M)."""
-    won: np.ndarray
-    """Whether a ghost at each place makes the drive unsafe, shape (B, K)."""
-
-    @property
-    def places(self) -> PlaceFeatures:
-        """Of shape (B, K)."""
-        return PlaceFeatures.decode(places_in(self.observations))
-
-    @property
-    def intention(self) -> np.ndarray:
-        """0 left, 1 straight, 2 right, shape (B,)."""
-        return self.observations[:, INTENTIONS].argmax(axis=1)
-
-    @property
-    def goals(self) -> np.ndarray:
-        """x, y in m, shape (B, 2)."""
-        return self.observations[:, 5:7] * (50.0, 20.0)
-
-
-def played(scenarios: Any, count: int, seed: int) -> Episodes:
-    """Every place of some episodes, played."""
-    envs = gym.make_vec(ID, num_envs=count, scenarios=scenarios)
-    won = []
-    for place in range(envs.single_action_space.shape[0]):
-        observations, _ = envs.reset(seed=seed)
-        actions = np.full(envs.action_space.shape, -1.0, np.float32)
-        actions[:, place] = 1.0
-        won.append(envs.step(actions)[-1]["is_success"])
-    return Episodes(observations, np.stack(won, axis=1))
-
-
-Scores = Callable[[Episodes], np.ndarray]
-"""A number for each place, shape (B, K); the highest is taken."""
-
-
-def success(scores: Scores, episodes: Episodes) -> np.ndarray:
-    """Whether the place with the highest score wins, shape (B,)."""
-    best = scores(episodes).argmax(axis=1)
-    return episodes.won[np.arange(len(best)), best]
-
-
-def away(points: np.ndarray, episodes: Episodes) -> np.ndarray:
-    """Distances of places from points of shape (2,) or (B, 2), shape (B, K)."""
-    return np.linalg.norm(episodes.places.positions - points[..., None, :], axis=-1)
-
-
-NEAREST: dict[str, Scores] = {
-    "nearest": lambda e: -away(np.zeros(2), e),
-    "farthest": lambda e: away(np.zeros(2), e),
-    "nearest_to_goal": lambda e: -away(e.goals, e),
-    "nearest_to_half_way": lambda e: -away(e.goals / 2, e),
-    "nearest_to_own_lane": lambda e: -abs(e.places.positions[..., 1]),
-    "nearest_to_goal_lane": lambda e: -abs(e.places.positions[..., 1] - e.goals[:, 1:]),
-    "leftmost": lambda e: e.places.positions[..., 1],
-    "rightmost": lambda e: -e.places.positions[..., 1],
-    "least_room": lambda e: -e.places.room.min(axis=-1),
-    "least_room_beside": lambda e: -e.places.room[..., :2].min(axis=-1),
-    "least_room_across": lambda e: -e.places.room[..., :2].sum(axis=-1),
-    "most_room": lambda e: e.places.room.sum(axis=-1),
-}
-
-
-def constants(training: Episodes) -> Iterator[tuple[str, Scores]]:
-    """The best index, and the best for each intention."""
-    count = training.won.shape[1]
-    best = int(training.won.mean(axis=0).argmax())
-    each = [int(training.won[training.intention == i].mean(axis=0).argmax()) for i in range(3)]
-    yield "constant", lambda e: np.tile(np.eye(count)[best], (len(e.won), 1))
-    yield "constant_by_intention", lambda e: np.eye(count)[each][e.intention]
-
-
-def points(training: Episodes) -> Iterator[tuple[str, Scores]]:
-    """The place nearest to one point, and to one for each intention."""
-    grid = np.stack(np.meshgrid(np.linspace(2, 24, 100), np.linspace(-8, 8, 50)), -1).reshape(-1, 2)
-    best: list[np.ndarray] = []
-    for intention in (None, 0, 1, 2):
-        own = slice(None) if intention is None else training.intention == intention
-        part = Episodes(training.observations[own], training.won[own])
-
-        def loss(point: np.ndarray, part: Episodes = part) -> float:
-            return -float(success(lambda e: -away(np.asarray(point), e), part).mean())
-
-        on_grid = min(grid, key=loss)
-        best.append(min(on_grid, searched(loss, on_grid, 3.0), key=loss))
-    yield "point", lambda e: -away(best[0], e)
-    yield "point_by_intention", lambda e: -away(np.array(best[1:])[e.intention], e)
-
-
-def searched(loss: Callable[[np.ndarray], float], start: np.ndarray, spread: float) -> np.ndarray:
-    """The best of CMA-ES."""
-    options = {"maxfevals": EVALUATIONS, "verbose": -9, "seed": 1, "popsize": 20, "tolfun": 0}
-    return np.asarray(cma.fmin2(loss, start, spread, options | {"tolflatfitness": 10**6})[0])
-
-
-def spot_table(training: Episodes) -> Scores:
-    """A conditional logit over spots, for each road type and intention."""
-
-    def rows(e: Episodes) -> torch.Tensor:
-        x, y = np.moveaxis(np.rint(e.places.positions).astype(int), -1, 0)
-        kind = 3 * e.observations[:, 1].astype(int) + e.intention
-        return torch.tensor((kind[:, None] * 32 + x) * 32 + y + 16)
-
-    scores = torch.zeros(6 * 32 * 32, requires_grad=True)
-    optimiser = torch.optim.Adam([scores], 0.1)
-    own, won = rows(training), torch.tensor(training.won, dtype=torch.float32)
-    for _ in range(300):
-        chance = torch.softmax(scores[own], dim=1)
-        loss = 1e-4 * (scores**2).sum() - torch.log((chance * won).sum(1) + 1e-9).mean()
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
-    return lambda e: scores.detach()[rows(e)].numpy()
 
 
 def rate(won: np.ndarray, **more: Any) -> dict[str, Any]:
@@ -182,8 +67,10 @@ def version_1(options: argparse.Namespace, sets: dict[str, Any]) -> dict[str, An
     # Each agent learns in a process of its own, beside the search for rules.
     with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
         trained = pool.map(parameters, range(options.agents), repeat(options.steps))
-        judged = {name: played(own, options.episodes, 20) for name, own in sets.items()}
-        training = played(TRAINING, options.episodes, 10)
+        judged = {
+            name: played({"scenarios": own}, options.episodes, 20) for name, own in sets.items()
+        }
+        training = played({"scenarios": TRAINING}, options.episodes, 10)
         rules = {**dict(constants(training)), **NEAREST, **dict(points(training))}
         table, generator = spot_table(training), np.random.default_rng(0)
         agents = [learner(weights) for weights in trained]

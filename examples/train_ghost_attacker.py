@@ -20,64 +20,19 @@ import gymnasium as gym
 import numpy as np
 import torch
 from stable_baselines3 import PPO
-from stable_baselines3.common.policies import ActorCriticPolicy
-from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecMonitor
-from torch import nn
 
 import avsec_gym
-from avsec_gym.envs.ghost_round import SCENE_SIZE
-from avsec_gym.envs.place_features import SIZE
+from avsec_gym.agents.place_policy import PlacePolicy, places_in
 from avsec_gym.envs.sb3 import StableBaselinesVecEnv
 from avsec_gym.metrics.intervals import wilson_interval
 
 ID = "avsec/GhostObject-v1"
 TRAINING = {"name": "layouts", "seed": 0, "count": 400}
 HELD_OUT = {"name": "layouts", "seed": 7, "count": 600}
-CONSTRAINTS = 7
-"""Numbers at an observation's beginning: speed, road type, intention, goal."""
 
 Rule = Callable[[np.ndarray], np.ndarray]
 """Observations of B episodes to the index of a place in each."""
-
-
-def places_in(observations: Any) -> Any:
-    """Features of the places, shape (B, K, SIZE), of arrays and tensors alike."""
-    rest = observations[:, SCENE_SIZE + 5 :]
-    count = rest.shape[1] // (SIZE + 1)
-    return rest[:, : count * SIZE].reshape(len(observations), count, SIZE)
-
-
-class PlaceScores(BaseFeaturesExtractor):
-    """A score of each place from its features and the driving constraints; one network for all."""
-
-    def __init__(self, observation_space: gym.spaces.Box, hidden: int = 64) -> None:
-        count = (observation_space.shape[0] - SCENE_SIZE - 5) // (SIZE + 1)
-        super().__init__(observation_space, features_dim=count)
-        self.network = nn.Sequential(
-            nn.Linear(SIZE + CONSTRAINTS, hidden),
-            nn.ReLU(),
-            nn.Linear(hidden, hidden),
-            nn.ReLU(),
-            nn.Linear(hidden, 1),
-        )
-
-    def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        places = places_in(observations)
-        constraints = observations[:, None, :CONSTRAINTS].expand(-1, places.shape[1], -1)
-        scores: torch.Tensor = self.network(torch.cat([places, constraints], dim=-1))[..., 0]
-        return scores - scores.mean(dim=1, keepdim=True)
-
-
-class PlacePolicy(ActorCriticPolicy):
-    """The scores are the mean action: no layer that knows a place by its index."""
-
-    def _build(self, lr_schedule: Callable[[float], float]) -> None:
-        super()._build(lr_schedule)
-        self.action_net = nn.Tanh()
-        self.optimizer = self.optimizer_class(
-            self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs
-        )
 
 
 def train(steps: int, seed: int) -> PPO:
@@ -101,12 +56,7 @@ def agent_for(seed: int) -> PPO:
         gamma=0.0,  # An episode is one step.
         clip_range=0.3,
         ent_coef=0.0,
-        policy_kwargs={
-            "features_extractor_class": PlaceScores,
-            "share_features_extractor": False,
-            "net_arch": [],
-            "log_std_init": -0.7,
-        },
+        policy_kwargs={"log_std_init": -0.7},
         seed=seed,
         device="cpu",
     )

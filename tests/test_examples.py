@@ -44,6 +44,24 @@ def test_rules_that_attack_a_driving_car_are_chosen_and_judged() -> None:
     assert held_out["nothing"]["won"] == 0
 
 
+@pytest.mark.slow
+def test_an_agent_of_highway_env_drives_in_our_scenes() -> None:
+    script = EXAMPLES / "highway_agent.py"
+    assert len(script.read_text().splitlines()) <= 40
+    command = [sys.executable, str(script), "--steps", "16", "--drives", "2"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    result = json.loads(done.stdout)
+    assert list(result) == ["ppo", "idle"]
+    assert all(sum(outcomes.values()) == 2 for outcomes in result.values())
+
+
+def test_the_page_for_users_of_highway_env_is_true() -> None:
+    """Its block asserts that the spaces are the same."""
+    text = (EXAMPLES.parent / "docs" / "from_highway_env.md").read_text()
+    (block,) = (part.split("```")[0] for part in text.split("```python\n")[1:])
+    subprocess.run([sys.executable, "-c", block], check=True, capture_output=True)
+
+
 def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
     command = [sys.executable, str(EXAMPLES / "attack_detections.py")]
     command += ["--scenes", "6", "--out", str(tmp_path / "new")]

@@ -222,6 +222,8 @@ PLACES: dict[str, dict[str, str]] = {
     "world verify": {"": ""},
     "world sheet": {"": ""},
     "world show": {"": ""},
+    "agents train": {"--config": "GhostObject-v1 --out {out}"},
+    "agents evaluate": {"": ""},
     "train": {
         "--data": "dsgn --out {out}",
         "--validation": "dsgn --out {out} --data {kitti}",
@@ -253,7 +255,7 @@ def test_every_place_that_a_command_reads_is_looked_at() -> None:
         read = {
             field.name
             for field in fields(command)
-            if "Path" in str(hints[field.name]) or field.name == "scenarios"
+            if "Path" in str(hints[field.name]) or field.name in ("scenarios", "agents")
         } - WRITTEN
         if name == "demo":
             read -= {"scenarios"}  # A number.

@@ -1,0 +1,1 @@
+"""Agents: trained by configurations, kept with cards, judged beside searched baselines."""

@@ -1,0 +1,180 @@
+"""How an agent is trained, in the YAML form of rl-zoo3: one file for an algorithm, by environment.
+
+    avsec/GhostObject-v1:
+      n_envs: 256
+      n_timesteps: !!float 1e5
+      policy: PlacePolicy
+      learning_rate: lin_0.002
+      env_kwargs: {scenarios: {name: layouts, seed: 0, count: 400}}
+      eval_env_kwargs: {scenarios: {name: layouts, seed: 7, count: 600}}
+
+What rl-zoo3 writes as Python in a string, such as ``policy_kwargs: "dict(net_arch=[64, 64])"``, is
+parsed, never evaluated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.agents.algorithms import ALGORITHMS, argument_names, plain_arguments
+from avsec_gym.agents.yaml_files import read_yaml
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.registration import CATALOGUE
+from avsec_gym.suggestions import unknown_name
+
+HYPERPARAMETERS = Path(__file__).parent / "hyperparams"
+_REMEDY = "It has an entry for each environment, in the YAML form of rl-zoo3 (docs/agents.md)."
+_NORMALIZE, _OWN = "normalize", ("n_timesteps", "n_envs", "policy", "env_kwargs", "eval_env_kwargs")
+
+
+@dataclass(frozen=True)
+class AgentConfiguration:
+    """One entry, checked.
+
+    Args:
+        env: The id of the environment, such as ``avsec/GhostObject-v1``.
+        algorithm: One of `ALGORITHMS`.
+        n_timesteps: Environment steps to train for.
+        policy: A name of stable-baselines3, such as ``MlpPolicy``, or ``PlacePolicy``.
+        n_envs: Environments side by side.
+        env_kwargs: Arguments of the environment that is trained in.
+        eval_env_kwargs: What differs in the environment that is judged in: held-out scenes.
+        arguments: Those of the algorithm, as the file has them.
+    """
+
+    env: str
+    algorithm: str
+    n_timesteps: int
+    policy: str = "MlpPolicy"
+    n_envs: int = 1
+    env_kwargs: dict[str, Any] = field(default_factory=dict)
+    eval_env_kwargs: dict[str, Any] = field(default_factory=dict)
+    arguments: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def held_out_kwargs(self) -> dict[str, Any]:
+        """All arguments of the environment that is judged in."""
+        return self.env_kwargs | self.eval_env_kwargs
+
+    def entry(self) -> dict[str, Any]:
+        """As the file has it."""
+        facts = asdict(self)
+        own = {name: facts[name] for name in _OWN if facts[name] != {}}
+        return own | facts["arguments"]
+
+
+def shipped_configurations() -> dict[str, tuple[str, ...]]:
+    """The algorithms that each environment has a shipped entry for."""
+    files = {path.stem: read_yaml(path, remedy=_REMEDY) for path in _shipped_files()}
+    return {
+        entry.id: tuple(name for name, there in files.items() if entry.id in there)
+        for entry in CATALOGUE
+    }
+
+
+def configuration_of(
+    env: str, algorithm: str, path: str | Path | None = None
+) -> AgentConfiguration:
+    """The entry of an environment.
+
+    Args:
+        env: The environment's id; ``avsec/`` may be left out.
+        algorithm: One of `ALGORITHMS`.
+        path: The user's file; None: the shipped one.
+
+    Raises:
+        ConfigurationError: There is no such environment or algorithm, or none is shipped.
+        DataError: The file is damaged, lacks the environment, or has an entry that does not fit.
+    """
+    env = known_environment(env)
+    if algorithm not in ALGORITHMS:
+        raise ConfigurationError(
+            unknown_name(f"there is no algorithm {algorithm}", algorithm, ALGORITHMS)
+        )
+    place = HYPERPARAMETERS / f"{algorithm}.yml" if path is None else Path(path)
+    if path is None and not place.is_file():
+        shipped = [each.stem for each in _shipped_files()]
+        raise ConfigurationError(
+            f"no configuration of {algorithm} is shipped: name a file with --config, or take one of"
+            f" {', '.join(shipped)}"
+        )
+    entries = read_yaml(place, remedy=_REMEDY)
+    if env not in entries:
+        raise DataError(
+            f"It has no entry {env}; there are {', '.join(entries) or 'none'}.",
+            path=place,
+            remedy="Add one, or name another file with --config.",
+        )
+    return configuration_from(env, algorithm, entries[env], place)
+
+
+def known_environment(env: str) -> str:
+    """The whole id of an environment of the catalogue.
+
+    Raises:
+        ConfigurationError: There is none.
+    """
+    known = [entry.id for entry in CATALOGUE]
+    whole = env if "/" in env else f"avsec/{env}"
+    if whole not in known:
+        raise ConfigurationError(unknown_name(f"there is no environment {env}", whole, known))
+    return whole
+
+
+def configuration_from(env: str, algorithm: str, entry: Any, path: Path) -> AgentConfiguration:
+    """An entry, checked against what the algorithm takes.
+
+    Raises:
+        DataError: It does not fit.
+    """
+    if not isinstance(entry, Mapping):
+        raise DataError(f"The entry {env} is no mapping.", path=path, remedy=_REMEDY)
+    try:
+        return _checked(env, algorithm, entry)
+    except ValueError as error:
+        raise DataError(f"The entry {env}: {error}.", path=path, remedy=_REMEDY) from error
+
+
+def _checked(env: str, algorithm: str, entry: Mapping[str, Any]) -> AgentConfiguration:
+    if entry.get(_NORMALIZE):
+        raise ValueError("observations lie in [-1, 1] as they are, leave normalize out")
+    for name in ("env_kwargs", "eval_env_kwargs"):
+        if not isinstance(entry.get(name, {}), Mapping):
+            raise ValueError(f"{name} is a mapping of arguments, not {entry[name]!r:.60}")
+    policy = entry.get("policy", "MlpPolicy")
+    if not isinstance(policy, str):
+        raise ValueError(f"policy is a name, not {policy!r:.60}")
+    arguments = {name: entry[name] for name in entry if name not in (*_OWN, _NORMALIZE)}
+    known = argument_names(algorithm)
+    for name in arguments:
+        if name not in known:
+            raise ValueError(unknown_name(f"{algorithm} has no argument {name}", name, known))
+    plain_arguments(arguments)  # What cannot be understood is refused here.
+    return AgentConfiguration(
+        env,
+        algorithm,
+        _count(entry, "n_timesteps", None),
+        policy,
+        _count(entry, "n_envs", 1),
+        dict(entry.get("env_kwargs", {})),
+        dict(entry.get("eval_env_kwargs", {})),
+        arguments,
+    )
+
+
+def _count(entry: Mapping[str, Any], name: str, usual: int | None) -> int:
+    given = entry.get(name, usual)
+    try:
+        value = int(float(given))  # YAML reads 1e5 as text.
+    except (TypeError, ValueError, OverflowError):
+        value = 0
+    if value < 1 or isinstance(given, bool):
+        raise ValueError(f"{name} is a number, 1 or more, not {given!r:.60}")
+    return value
+
+
+def _shipped_files() -> list[Path]:
+    return sorted(HYPERPARAMETERS.glob("*.yml"))

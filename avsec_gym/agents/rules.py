@@ -1,0 +1,64 @@
+"""Rules of single environments, beside what is searched in every one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.agents.arena import Act, Arena
+
+_MOST_EPISODES = 1200
+"""Training episodes that points are searched on, each of ten thousand: more would take hours."""
+
+
+NUMBER = {"avsec/GhostObject-v1": 6, "avsec/ClosedLoop-v0": 1}
+"""How many rules an environment has, where it has some."""
+
+
+def rules_of(
+    env: str, training: Arena, held_out: Arena, steps: int
+) -> Iterator[tuple[str, Act, int]]:
+    """The rules that are known for an environment: name, rule, steps that choosing it took.
+
+    Args:
+        env: The environment's id.
+        training: Where rules are chosen.
+        held_out: Where they are to act.
+        steps: Environment steps that choosing them may take.
+    """
+    if env == "avsec/GhostObject-v1":
+        yield from _place_rules(training, steps)
+    if env == "avsec/ClosedLoop-v0":
+        yield "the planner", _planner(held_out), 0
+
+
+def _place_rules(training: Arena, steps: int) -> Iterator[tuple[str, Act, int]]:
+    """Those of `place_rules`, chosen on episodes of which every place is played."""
+    from avsec_gym.agents.place_rules import NEAREST, Episodes, Scores, played, points, spot_table
+
+    places = training.environment.action_space.shape
+    assert places is not None
+    known = played(training.arguments, max(steps // places[0], 1), seed=10)
+    some = Episodes(known.observations[:_MOST_EPISODES], known.won[:_MOST_EPISODES])
+
+    def act_by(scores: Scores) -> Act:
+        def act(seen: Any, ways: Any) -> Any:
+            best = scores(Episodes(seen, np.zeros((len(seen), *places), bool))).argmax(axis=1)
+            return np.where(np.arange(places[0]) == best[:, None], 1.0, -1.0).astype(np.float32)
+
+        return act
+
+    for name in ("nearest", "nearest_to_goal", "most_room"):
+        yield f"place: {name.replace('_', ' ')}", act_by(NEAREST[name]), 0
+    for name, scores in points(some):
+        yield f"place nearest to a {name.replace('_', ' ')}", act_by(scores), some.won.size
+    yield "a score for each spot, fitted", act_by(spot_table(known)), known.won.size
+
+
+def _planner(arena: Arena) -> Act:
+    from avsec_gym.envs.planner_driver import PlannerDriver
+
+    driver = PlannerDriver(arena.environment)
+    return lambda seen, ways: driver.predict(seen)[0]

@@ -1,0 +1,201 @@
+"""Training an agent, in as many sittings as it takes."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from stable_baselines3.common.callbacks import BaseCallback
+
+from avsec_gym.agents.agent_folder import (
+    CONFIG,
+    AgentCard,
+    read_configuration,
+    save_agent,
+    write_configuration,
+)
+from avsec_gym.agents.checkpoint import CHECKPOINT, Progress, read_checkpoint, write_checkpoint
+from avsec_gym.agents.configuration import AgentConfiguration
+from avsec_gym.agents.learner import make_learner
+from avsec_gym.command_line import command_line
+from avsec_gym.errors import DataError
+from avsec_gym.storage.folder_lock import folder_lock
+from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.regular_files import is_there
+
+_SECONDS_BETWEEN_CHECKPOINTS = 60.0
+
+
+@dataclass(frozen=True)
+class Sitting:
+    """What to do in one sitting.
+
+    Args:
+        steps: Environment steps to have learned from in the end, all sittings together.
+        minutes: Time of this sitting, after which the rollout in hand is learned from; None: as
+            long as it takes.
+        resume: Whether to go on with what is there.
+        threads: Of the processor.
+    """
+
+    steps: int
+    minutes: float | None = None
+    resume: bool = False
+    threads: int = 1
+
+
+def train_agent(
+    configuration: AgentConfiguration,
+    out: Path,
+    seed: int,
+    sitting: Sitting,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> AgentCard:
+    """Train, or go on training; the folder holds the agent then, finished or not.
+
+    A training that is stopped in any way goes on from its last checkpoint, a minute old at most;
+    Ctrl-C leaves one of the rollout before.
+
+    Args:
+        configuration: How it learns.
+        out: The agent's folder.
+        seed: Of weights, exploration and environments.
+        sitting: How long.
+        on_progress: Called with steps done and steps in all.
+
+    Returns:
+        The card, without a held-out result.
+
+    Raises:
+        ConfigurationError: The configuration does not fit the environment.
+        DataError: Something else is in the folder, or what is there cannot be gone on with.
+    """
+    make_folder(out)
+    with folder_lock(out, what="an agent"):
+        begun = _check_folder(configuration, out, seed, sitting.resume)
+        torch.set_num_threads(sitting.threads)
+        learner = make_learner(configuration, seed)
+        before = read_checkpoint(out, learner) if begun else Progress()
+        if not begun:
+            write_configuration(out, configuration, seed)
+        watch = _Watch(out, before, sitting, on_progress)
+        if before.steps < sitting.steps:
+            try:
+                learner.learn(
+                    sitting.steps - before.steps,
+                    callback=watch,
+                    reset_num_timesteps=before.steps == 0,
+                )
+            finally:
+                # Also after Ctrl-C: what was learned is kept.
+                write_checkpoint(out, learner, watch.progress)
+        learner.env.close()
+        return save_agent(out, learner.policy, _card(configuration, seed, sitting, watch.progress))
+
+
+class _Watch(BaseCallback):
+    """Counts what was learned from, writes checkpoints, and ends a sitting between two rollouts."""
+
+    def __init__(
+        self,
+        out: Path,
+        before: Progress,
+        sitting: Sitting,
+        on_progress: Callable[[int, int], None],
+    ) -> None:
+        super().__init__()
+        self._out, self._before, self._sitting, self._on_progress = (
+            out,
+            before,
+            sitting,
+            on_progress,
+        )
+        self._begun = self._written = time.monotonic()
+        self.progress = before
+
+    def _on_rollout_start(self) -> None:
+        # All steps so far have been learned from: a training can go on from here.
+        self._note()
+        if time.monotonic() - self._written > _SECONDS_BETWEEN_CHECKPOINTS:
+            write_checkpoint(self._out, self.model, self.progress)
+            self._written = time.monotonic()
+
+    def _on_step(self) -> bool:
+        self._on_progress(min(self.num_timesteps, self._sitting.steps), self._sitting.steps)
+        first = self.num_timesteps <= self.progress.steps + self.training_env.num_envs
+        return not (first and self._time_is_up())
+
+    def _on_training_end(self) -> None:
+        if not self._time_is_up() or self.num_timesteps >= self._sitting.steps:
+            self._note()
+
+    def _time_is_up(self) -> bool:
+        minutes = self._sitting.minutes
+        return minutes is not None and time.monotonic() - self._begun > 60.0 * minutes
+
+    def _note(self) -> None:
+        seconds = self._before.seconds + time.monotonic() - self._begun
+        self.progress = Progress(int(self.num_timesteps), seconds)
+
+
+def _check_folder(configuration: AgentConfiguration, out: Path, seed: int, resume: bool) -> bool:
+    """Whether a training has begun in a folder.
+
+    Raises:
+        DataError: It has and is not to be gone on with, or it is another one.
+    """
+    if not is_there(out / CONFIG):
+        return False
+    if not resume:
+        raise DataError(
+            "There is an agent here already.",
+            path=out,
+            remedy="Go on with it by --resume, or name another --out.",
+        )
+    there, its_seed = read_configuration(out)
+    own, asked = there.entry(), configuration.entry()
+    pairs = {
+        "env": (there.env, configuration.env),
+        "algorithm": (there.algorithm, configuration.algorithm),
+        "seed": (its_seed, seed),
+        **{name: (own.get(name), asked.get(name)) for name in sorted({*own, *asked})},
+    }
+    # How long is asked anew in each sitting.
+    different = [name for name, (a, b) in pairs.items() if a != b and name != "n_timesteps"]
+    if different:
+        raise DataError(
+            f"Another training is here: it differs in {', '.join(different)}.",
+            path=out / CONFIG,
+            remedy="Ask for the same one, or name another --out.",
+        )
+    return is_there(out / CHECKPOINT)
+
+
+def _card(
+    configuration: AgentConfiguration, seed: int, sitting: Sitting, progress: Progress
+) -> AgentCard:
+    from importlib.metadata import version
+
+    from avsec_gym import __version__
+
+    names = ("stable-baselines3", "torch", "gymnasium", "numpy")
+    own: dict[str, Any] = {name: version(name) for name in names}
+    return AgentCard(
+        env=configuration.env,
+        env_kwargs=configuration.env_kwargs,
+        eval_env_kwargs=configuration.eval_env_kwargs,
+        algorithm=configuration.algorithm,
+        seed=seed,
+        steps=progress.steps,
+        seconds=round(progress.seconds, 1),
+        finished=progress.steps >= sitting.steps,
+        parameters=0,
+        sha256="",
+        versions={"avsec_gym": __version__, "python": platform.python_version(), **own},
+        command=command_line(),
+    )

@@ -1,0 +1,68 @@
+"""YAML files as dictionaries of plain values: no tag of one makes an object."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.agents.extras import yaml_module
+from avsec_gym.errors import DataError
+from avsec_gym.storage.text_files import read_text, write_text
+
+_MOST_BYTES = 2**20
+_DEEPEST = 16
+
+
+def read_yaml(path: str | Path, *, remedy: str) -> dict[str, Any]:
+    """The mapping in a YAML file.
+
+    Args:
+        path: The file.
+        remedy: Advice to the user about a damaged one.
+
+    Raises:
+        ConfigurationError: PyYAML is not installed.
+        DataError: The file cannot be read, is no YAML, or holds something else than a mapping of
+            plain values.
+    """
+    yaml = yaml_module()
+    text = read_text(path, most=_MOST_BYTES)
+    try:
+        # An alias that stands for itself a thousand times over is never needed here.
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader)):
+            raise DataError("The file has aliases.", path=path, remedy="Write them out.")
+        value = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        mark = getattr(error, "problem_mark", None)
+        line = None if mark is None else mark.line + 1
+        problem = getattr(error, "problem", None) or str(error)
+        raise DataError(
+            f"The file is no sound YAML ({problem}).", path=path, line=line, remedy=remedy
+        ) from error
+    if not isinstance(value, dict) or not _plain(value):
+        raise DataError(
+            "The file holds something else than a mapping of names to plain values.",
+            path=path,
+            remedy=remedy,
+        )
+    return value
+
+
+def write_yaml(path: str | Path, value: Mapping[str, Any]) -> None:
+    """Write a mapping of plain values, over what is there."""
+    text = yaml_module().safe_dump(dict(value), sort_keys=False, allow_unicode=True)
+    write_text(path, text, overwrite=True)
+
+
+def _plain(value: Any, depth: int = 0) -> bool:
+    if depth > _DEEPEST:
+        return False
+    if isinstance(value, dict):
+        return all(isinstance(k, str) and _plain(v, depth + 1) for k, v in value.items())
+    if isinstance(value, list):
+        return all(_plain(item, depth + 1) for item in value)
+    if isinstance(value, float):
+        return math.isfinite(value)
+    return value is None or isinstance(value, str | int | bool)

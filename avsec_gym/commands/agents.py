@@ -1,0 +1,190 @@
+"""`avsec agents train`, `evaluate` and `list`: agents by configuration, beside their baselines."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from avsec_gym import console
+from avsec_gym.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.agents.agent_folder import AgentCard
+    from avsec_gym.agents.comparison import Comparison
+
+
+@dataclass(frozen=True)
+class AgentsTrain:
+    """Train an agent by a configuration; --out holds weights, config.yml and a card then.
+
+    Exit code 3 where time is up before all steps are done; the agent can be used all the same.
+    """
+
+    env: Annotated[str, tyro.conf.Positional]
+    """Which environment, such as GhostObject-v1."""
+    out: Path
+    """Folder of the agent: new or empty, or see --resume."""
+    algo: Literal["ppo", "a2c", "sac", "td3", "ddpg", "dqn", "tqc", "trpo"] = "ppo"
+    """How it learns; tqc and trpo are sb3-contrib's."""
+    config: Path | None = None
+    """A file in rl-zoo3's YAML form with an entry for the environment.  Default: the package's."""
+    steps: int | None = None
+    """Environment steps to learn from, all sittings together.  Default: the entry's n_timesteps."""
+    minutes: float | None = None
+    """Time of this sitting at most; the steps in hand are still learned from.  Default: until all
+    steps are done."""
+    seed: int = 0
+    """Of weights, exploration and training episodes."""
+    resume: bool = False
+    """Go on with the training in --out, or begin it."""
+    episodes: int = 200
+    """Held-out episodes that the card's success rate is measured in; 0: none."""
+    threads: int = 1
+    """Of the processor."""
+    json: bool = False
+    """Print the card as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.agents.agent_folder import load_agent, write_agent_card
+        from avsec_gym.agents.comparison import held_out_result
+        from avsec_gym.agents.configuration import configuration_of
+        from avsec_gym.agents.training import Sitting, train_agent
+
+        self._check()
+        configuration = configuration_of(self.env, self.algo, self.config)
+        steps = configuration.n_timesteps if self.steps is None else self.steps
+        sitting = Sitting(steps, self.minutes, self.resume, self.threads)
+        with console.progress("training") as shown:
+            card = train_agent(configuration, self.out, self.seed, sitting, shown)
+        if self.episodes:
+            found = held_out_result(load_agent(self.out), self.episodes, 0)
+            card = write_agent_card(self.out, replace(card, held_out=found))
+        if self.json:
+            console.print_json("agents.train", {"out": str(self.out), **asdict(card)})
+        else:
+            console.say(f"{self.out}: {_sentence(card)}")
+        return console.DONE if card.finished else console.DONE_IN_PART
+
+    def _check(self) -> None:
+        for name, good in (
+            ("steps", self.steps is None or self.steps >= 1),
+            ("minutes", self.minutes is None or self.minutes > 0),
+            ("seed", 0 <= self.seed < 2**31),
+            ("episodes", self.episodes >= 0),
+            ("threads", self.threads >= 1),
+        ):
+            if not good:
+                raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+
+
+@dataclass(frozen=True)
+class AgentsEvaluate:
+    """Judge agents in held-out episodes, beside all baselines of their environment.
+
+    Baselines are searched in the training scenes with as many environment steps as the agent
+    learned from: the best constant, one for each driving intention, random search and CMA-ES of the
+    agent's own network, and the environment's own rules.
+    """
+
+    agents: Annotated[tuple[str, ...], tyro.conf.Positional]
+    """Folders of agents, or names of shipped ones; several are of one environment."""
+    episodes: int = 200
+    """Held-out episodes: the same for everyone."""
+    seed: int = 0
+    """Of the first held-out episode, and of the searches."""
+    queries: int | None = None
+    """Environment steps to search each baseline with.  Default: as many as the agent learned
+    from."""
+    json: bool = False
+    """Print the comparison as JSON instead of a table."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.agents.agent_folder import load_agent
+        from avsec_gym.agents.comparison import compare
+
+        for name, good in (
+            ("episodes", self.episodes >= 1),
+            ("queries", self.queries is None or self.queries >= 1),
+            ("seed", 0 <= self.seed < 2**31),
+        ):
+            if not good:
+                raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        agents = [load_agent(place) for place in self.agents]
+        with console.progress("searching baselines and playing") as shown:
+            found = compare(agents, self.episodes, self.seed, self.queries, shown)
+        if self.json:
+            console.print_json("agents.evaluate", found.to_json())
+        else:
+            _show(found)
+        return console.DONE
+
+
+@dataclass(frozen=True)
+class AgentsList:
+    """List the environments with their shipped configurations, and the shipped agents."""
+
+    json: bool = False
+    """Print JSON instead of tables."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.agents.agent_folder import SHIPPED, read_agent_card, shipped_agents
+        from avsec_gym.agents.configuration import shipped_configurations
+
+        there = shipped_configurations()
+        cards = {name: read_agent_card(SHIPPED / name) for name in shipped_agents()}
+        if self.json:
+            shipped: dict[str, Any] = {name: asdict(card) for name, card in cards.items()}
+            console.print_json("agents.list", {"configurations": there, "agents": shipped})
+            return console.DONE
+        console.print_table(
+            "configurations: `avsec agents train ENV --algo ALGO --out DIR`",
+            ["environment", "algorithms"],
+            [[env, ", ".join(algorithms)] for env, algorithms in there.items()],
+        )
+        console.print_table(
+            "shipped agents: `avsec agents evaluate NAME`",
+            ["name", "environment", "algorithm", "steps", "held-out success, %"],
+            [
+                [name, card.env, card.algorithm, f"{card.steps:,}", _success(card)]
+                for name, card in cards.items()
+            ],
+        )
+        return console.DONE
+
+
+def _success(card: AgentCard) -> str:
+    found = card.held_out
+    return console.percent(found.get("success_rate"), found.get("success_interval"))
+
+
+def _sentence(card: AgentCard) -> str:
+    state = "finished" if card.finished else "time is up, --resume goes on"
+    judged = f", held-out success {_success(card)} %" if card.held_out else ""
+    return f"{state}; {card.steps:,} steps in {card.seconds:.0f} s{judged}"
+
+
+def _show(found: Comparison) -> None:
+    rows = [row.to_json() for row in found.rows]
+    console.print_table(
+        f"{found.env}: {rows[0]['episodes']} held-out episodes; % with 95 % intervals",
+        ["who", "queries", "success", "interquartile mean", "reward"],
+        [
+            [
+                row["name"],
+                f"{row['queries']:,}",
+                console.percent(row["success_rate"], row["success_interval"]),
+                console.percent(row["interquartile_mean"], row["interquartile_interval"]),
+                f"{row['reward']:.3f}",
+            ]
+            for row in rows
+        ],
+    )
+    for row in found.rows:
+        if row.kind == "agent":
+            console.print_line(found.answer(row))

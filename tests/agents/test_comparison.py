@@ -1,0 +1,115 @@
+"""Agents and baselines in the same held-out episodes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avsec_gym.agents.agent_folder import load_agent, shipped_agents
+from avsec_gym.agents.arena import Arena, Played
+from avsec_gym.agents.comparison import Comparison, Row, compare, held_out_result
+from avsec_gym.agents.learner import single
+from avsec_gym.agents.search import Budget, best_constant, evolved, random_actions
+from avsec_gym.errors import DataError
+from avsec_gym.metrics.interquartile_mean import interquartile_mean
+
+SCENES = {"scenarios": {"name": "layouts", "seed": 0, "count": 8}}
+
+
+def row(name: str, won: np.ndarray, kind: str = "baseline") -> Row:
+    return Row(
+        name, kind, Played(won, won - 0.04, np.ones(len(won), int), np.full(len(won), "left")), 5
+    )
+
+
+def test_an_episode_is_the_same_alone_and_in_a_batch() -> None:
+    arena, env = Arena("avsec/GhostObject-v0", SCENES), single("avsec/GhostObject-v0", SCENES)
+    action = np.linspace(-1, 1, 8, dtype=np.float32)
+    found = arena.play(lambda seen, ways: np.tile(action, (len(ways), 1)), range(5))
+    for seed in range(5):
+        _, info = env.reset(seed=seed)
+        total, ended = 0.0, False
+        while not ended:
+            _, reward, terminated, truncated, info = env.step(action)
+            total, ended = total + float(reward), terminated or truncated
+        assert info["is_success"] == found.success[seed]
+        assert total == pytest.approx(found.reward[seed])
+        assert info["queries"] == found.steps[seed]
+    alone = Arena("avsec/GhostObject-v0", SCENES)
+    assert alone._one(lambda seen, ways: action[None], [2], 99).steps == found.steps[2]
+
+
+def test_the_search_finds_a_constant_that_wins_v0() -> None:
+    """Where random actions win 3 %, and two ghosts at the best places would win always."""
+    arena = Arena("avsec/GhostObject-v0", SCENES)
+    budget = Budget(arena, 16_000, 0, first_query=True)
+    act = best_constant(budget, arena.environment.action_space, by_intention=True)
+    assert 12_000 < budget.spent <= 16_000
+    found = arena.play(act, range(100)).success.mean()
+    chance = arena.play(random_actions(arena.environment.action_space, 0), range(100))
+    assert found > 3 * chance.success.mean()
+
+
+def test_cma_es_climbs_to_the_optimum() -> None:
+    class Bowl(Budget):
+        def __post_init__(self) -> None:
+            self.trials = self.dearest = 1
+
+        def tried(self, act: object) -> float:
+            self.spent += 1
+            return -float(np.square(np.asarray(act) - 0.3).sum())
+
+    for size in (1, 4):
+        budget = Bowl(None, 600, 0)  # type: ignore[arg-type]
+        found = evolved(budget, lambda vector: vector, np.zeros(size))  # type: ignore[arg-type, return-value]
+        assert found == pytest.approx(np.full(size, 0.3), abs=0.02)
+        assert budget.spent <= 600
+
+
+def test_who_wins_is_said_by_the_paired_interval() -> None:
+    generator = np.random.default_rng(0)
+    other = generator.random(200) < 0.3
+    better, worse = other | (generator.random(200) < 0.3), other & (generator.random(200) < 0.3)
+    said = {"wins against the best": better, "wins against agent": worse, "undecided": other}
+    for word, agent in said.items():
+        found = Comparison("x", [row("agent", agent, "agent"), row("b", other)])
+        assert word in found.answer(found.rows[0])
+    facts = row("b", other).to_json()
+    blocks = other.reshape(10, 20).mean(axis=1)
+    assert facts["interquartile_mean"] == pytest.approx(float(interquartile_mean(blocks)))
+    low, high = facts["interquartile_interval"]
+    assert low <= facts["interquartile_mean"] <= high
+
+
+def test_the_shipped_agent_beats_its_baselines_and_does_what_its_card_says() -> None:
+    (name,) = shipped_agents()
+    agent = load_agent(name)
+    found = compare([agent], 200, 0, queries=3000)
+    names = [each.name for each in found.rows]
+    assert names[:6] == [
+        name,
+        "random actions",
+        "constant",
+        "constant, by intention",
+        "random search of the network",
+        "CMA-ES of the network",
+    ]
+    assert all(each.queries <= 3000 for each in found.rows[1:])
+    assert found.answer(found.rows[0]).startswith(f"{name} wins against the best baseline")
+    assert 0.35 < found.rows[0].rate < 0.6
+    card = agent.card.held_out
+    low, high = card["success_interval"]
+    assert low <= card["success_rate"] <= high
+    fresh = held_out_result(agent, 200, 0)
+    assert fresh["success_rate"] == pytest.approx(found.rows[0].rate)
+
+
+def test_a_comparison_can_be_made_again() -> None:
+    agent = load_agent("ghost_place")
+    first, again = (compare([agent], 40, 3, queries=600).to_json() for _ in range(2))
+    assert first == again
+
+
+def test_names_of_agents_are_suggested() -> None:
+    with pytest.raises(DataError, match='Did you mean "ghost_place"'):
+        load_agent("ghost_places")

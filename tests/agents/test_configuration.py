@@ -1,0 +1,82 @@
+"""Configurations in rl-zoo3's YAML form: what is understood, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from torch import nn
+
+from avsec_gym.agents.algorithms import plain_arguments
+from avsec_gym.agents.configuration import configuration_of, shipped_configurations
+from avsec_gym.errors import ConfigurationError, DataError
+
+ENTRY = """
+avsec/GhostObject-v1:
+  n_envs: 4
+  n_timesteps: !!float 1e5
+  policy: 'MlpPolicy'
+  learning_rate: lin_1e-3
+  clip_range: 2e-1
+  policy_kwargs: "dict(net_arch=dict(pi=[32], vf=[16]), activation_fn=nn.Tanh, ortho_init=False)"
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "mine.yml"
+    path.write_text(text)
+    return path
+
+
+def test_a_file_of_rl_zoo3_is_understood(tmp_path: Path) -> None:
+    found = configuration_of("GhostObject-v1", "ppo", written(tmp_path, ENTRY))
+    assert (found.env, found.n_timesteps, found.n_envs) == ("avsec/GhostObject-v1", 100_000, 4)
+    arguments = plain_arguments(found.arguments)
+    assert arguments["learning_rate"](0.25) == pytest.approx(0.25e-3)
+    assert arguments["clip_range"] == 0.2
+    assert arguments["policy_kwargs"] == {
+        "net_arch": {"pi": [32], "vf": [16]},
+        "activation_fn": nn.Tanh,
+        "ortho_init": False,
+    }
+
+
+def test_every_environment_has_a_shipped_configuration() -> None:
+    for env, algorithms in shipped_configurations().items():
+        assert "ppo" in algorithms, env
+        for algorithm in algorithms:
+            own = configuration_of(env, algorithm)
+            scenes = own.env_kwargs["scenarios"]
+            assert scenes != own.held_out_kwargs["scenarios"], env
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("n_step: 8", 'Did you mean "n_steps"'),
+        ("normalize: true", "leave normalize out"),
+        ("n_timesteps: many", "n_timesteps is a number"),
+        ("env_kwargs: [1]", "env_kwargs is a mapping"),
+        ("learning_rate: lin_x", "falls from a number"),
+        ("policy_kwargs: \"dict(net_arch=__import__('os').getcwd())\"", "nothing is called"),
+        ("policy_kwargs: dict(activation_fn=os.system)", "activation_fn is one of"),
+        ("gamma: !!python/object/apply:os.getcwd []", "no sound YAML"),
+        ("gamma: .nan", "plain values"),
+        ("policy_kwargs: &a {net_arch: [1]}\n  env_kwargs: *a", "aliases"),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path: Path, line: str, problem: str) -> None:
+    timesteps = "" if "n_timesteps" in line else "  n_timesteps: 10\n"
+    path = written(tmp_path, f"avsec/GhostObject-v1:\n{timesteps}  {line}\n")
+    with pytest.raises(DataError, match=problem) as error:
+        configuration_of("GhostObject-v1", "ppo", path)
+    assert str(path) in str(error.value)
+
+
+def test_names_that_there_are_not(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match='Did you mean "avsec/GhostObject-v1"'):
+        configuration_of("GhostObjects-v1", "ppo")
+    with pytest.raises(ConfigurationError, match="name a file with --config"):
+        configuration_of("GhostObject-v1", "a2c")
+    with pytest.raises(DataError, match="no entry avsec/GhostObject-v0"):
+        configuration_of("GhostObject-v0", "ppo", written(tmp_path, ENTRY))
