@@ -74,8 +74,8 @@ def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT)
     if not (others := changed(then, now)):
         return SourceState(False, f"Sources: unchanged {since}")
     named = ", ".join([*others[:_NAMED], *(["..."] if len(others) > _NAMED else [])])
-    count = f"{len(others)} of {len(then)} source files have changed ({named})"
-    return SourceState(True, f"Stale: {count} {since}")
+    count = f"{len(others)} of {len({*then.values(), *now.values()})} source files have changed"
+    return SourceState(True, f"Stale: {count} ({named}) {since}")
 
 
 def with_remark(page: str, remark: str) -> str:

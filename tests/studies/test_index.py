@@ -44,6 +44,12 @@ def test_what_is_said_of_sources(tmp_path: Path) -> None:
     assert state(made) == (False, f"Sources: unchanged {since}")
     (tmp_path / "b.py").write_text("B = 2\n")
     assert state(made) == (True, f"Stale: 1 of 2 source files have changed (b.py) {since}")
+    for name in ("c", "d", "e"):
+        (tmp_path / f"{name}.py").write_text("")
+    (tmp_path / "b.py").write_text("import c, d, e\n")
+    named = "b.py, c.py, d.py, ..."
+    assert state(made) == (True, f"Stale: 4 of 5 source files have changed ({named}) {since}")
+    (tmp_path / "b.py").write_text("B = 2\n")
     assert STALENESS.sub("", state(made)[1]) == f" {since}"
 
 
