@@ -153,8 +153,12 @@ def bird_eye_iou(
         Shape (N, M), in [0, 1].
     """
     sizes, other_sizes = np.asarray(sizes, float), np.asarray(other_sizes, float)
-    one = rectangle_polygons(poses, sizes[:, 0], sizes[:, 1])[:, None]
-    two = rectangle_polygons(other_poses, other_sizes[:, 0], other_sizes[:, 1])[None, :]
-    common = shapely.area(shapely.intersection(one, two))
-    union = shapely.area(one) + shapely.area(two) - common
-    return np.asarray(common / union)
+    one = rectangle_polygons(poses, sizes[:, 0], sizes[:, 1])
+    two = rectangle_polygons(other_poses, other_sizes[:, 0], other_sizes[:, 1])
+    # Most pairs lie too far apart to have anything in common.
+    apart = np.asarray(poses, float)[:, None, :2] - np.asarray(other_poses, float)[None, :, :2]
+    reach = 0.5 * (np.hypot(*sizes.T)[:, None] + np.hypot(*other_sizes.T))
+    near = np.nonzero(np.hypot(apart[..., 0], apart[..., 1]) <= reach)
+    common = np.zeros(reach.shape)
+    common[near] = shapely.area(shapely.intersection(one[near[0]], two[near[1]]))
+    return np.asarray(common / (shapely.area(one)[:, None] + shapely.area(two) - common))

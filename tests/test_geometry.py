@@ -120,3 +120,16 @@ def test_iou_of_two_rectangles(poses: np.ndarray, size: np.ndarray) -> None:
 def test_iou_by_hand() -> None:
     iou = bird_eye_iou([[0.0, 0, 0]], [[4.0, 2]], [[2.0, 0, 0], [0, 0, np.pi / 2]], [[4.0, 2]] * 2)
     np.testing.assert_allclose(iou, [[4 / 12, 4 / 12]])
+
+
+def test_pairs_far_apart_are_answered_as_shapely_does() -> None:
+    rng = np.random.default_rng(0)
+    poses = rng.uniform(-1, 1, (40, 3)) * (12, 12, 4)
+    extent = rng.uniform(0.5, 6, (40, 2))
+    polygons = rectangle_polygons(poses, extent[:, 0], extent[:, 1])
+    common = shapely.area(shapely.intersection(polygons[:, None], polygons))
+    area = shapely.area(polygons)
+    expected = common / (area[:, None] + area - common)
+    np.testing.assert_array_equal(bird_eye_iou(poses, extent, poses, extent), expected)
+    assert 0.1 < (expected > 0).mean() < 0.9
+    assert bird_eye_iou(np.zeros((0, 3)), np.zeros((0, 2)), poses, extent).shape == (0, 40)

@@ -34,7 +34,7 @@ _LEAST_SPEED = 4.0
 """m/s; slower drives would not get anywhere in 8 s."""
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=128)
 def procedural_drive(
     seed: int,
     number: int,

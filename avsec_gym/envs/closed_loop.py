@@ -9,7 +9,6 @@ from typing import Any
 import gymnasium as gym
 from highway_env.envs.common.abstract import AbstractEnv
 from highway_env.envs.common.action import action_factory
-from highway_env.road.road import Road
 
 from avsec_gym.argument_checks import number, one_of
 from avsec_gym.closed_loop.belief import Belief, belief_of
@@ -19,6 +18,7 @@ from avsec_gym.closed_loop.drive_record import (
     Outcome,
 )
 from avsec_gym.closed_loop.drive_recorder import DriveRecorder
+from avsec_gym.closed_loop.loop_road import LoopRoad
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
 from avsec_gym.closed_loop.perception import DrivePerception
 from avsec_gym.closed_loop.road_frame import mirrored_angle
@@ -231,7 +231,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             intentions_named(self._options.get("intention")),
         )
         network = network_of(self.scene.lanes, speed_limit=self.scene.cruise[1])
-        self.road = Road(
+        self.road = LoopRoad(
             network=network,
             np_random=self.np_random,
             record_history=self.config["show_trajectories"],

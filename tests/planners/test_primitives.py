@@ -176,3 +176,13 @@ def test_shared_set_is_reproduced(shared: Path, file: str, speeds: tuple[float, 
     ends = np.abs(ours.ends[:, None, 4] - theirs.ends[None, :, 4]).min(axis=1) < 1e-3
     assert (starts & ends).all()
     assert len(ours) == inside.sum()
+
+
+def test_what_follows_what_is_a_matter_of_every_pair() -> None:
+    primitives = generate_primitives((6.0, 8.0))
+    for i, end in enumerate(primitives.ends):
+        for j, start in enumerate(primitives.states[:, 0]):
+            meets = abs(end[2] - start[2]) < 0.01 and abs(end[4] - start[4]) < 0.01
+            assert primitives.follows[i, j] == meets
+    _, classes = np.unique(primitives.follows, axis=0, return_inverse=True)
+    np.testing.assert_array_equal(primitives.arrays.end_class, classes.reshape(-1))
