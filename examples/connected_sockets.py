@@ -13,7 +13,7 @@ import numpy as np
 import tyro
 
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
-from avsec_gym.validation.connected.rays.sweep import TIP
+from avsec_gym.validation.connected.sweep import TIP
 from avsec_gym.validation.connected.transport.exchange import judge_instant, take_part
 from avsec_gym.validation.connected.transport.station_port import StationPort
 from avsec_gym.validation.connected.transport.vehicle_port import Faults, VehiclePort

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.validation.connected.sweep import Sweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from avsec_gym.world.export.connected_world import ConnectedWorld
-from avsec_gym.world.export.instants import ConnectedInstant
+from avsec_gym.world.export.instants import ConnectedInstant, SensorVehicle
 
 Poses = Literal["measured", "true"]
 """Whose poses align the scans: those that the vehicles measure, or the true ones."""
@@ -51,12 +52,21 @@ def recorded_instants(
     if poses not in ("measured", "true"):
         raise ConfigurationError(f"poses are 'measured' or 'true', got {poses!r}")
     for id in world.ids() if ids is None else ids:
+        truth = world.instant(id)
         scans = tuple(
             VehicleScan(
                 view.frame.points,
                 view.measured_pose if poses == "measured" else view.pose,
                 view.time,
+                _sweep(vehicle, world.sweep),
             )
-            for view in world.views(id)
+            for view, vehicle in zip(world.views(id), truth.vehicles, strict=True)
         )
-        yield RecordedInstant(id, scans, world.instant(id))
+        yield RecordedInstant(id, scans, truth)
+
+
+def _sweep(vehicle: SensorVehicle, kind: str) -> Sweep:
+    """How the scans of a data set came about; a vehicle's odometry is taken to be exact."""
+    if kind == "rolling":
+        return Sweep(vehicle.speed, vehicle.turn_rate)
+    return Sweep() if kind == "compensated" else Sweep(period=0.0)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.validation.connected.sweep import Sweep
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +21,7 @@ class VehicleScan:
         pose: The rigid transform ``Tr = (R, t)`` from the velodyne frame to the world that all
             vehicles share, as the vehicle measures it, shape (4, 4).
         time: The time of the scan after the instant, seconds.
+        sweep: How the scan came about, by the vehicle's own odometry.
 
     Raises:
         DataError: The pose is no rigid transform of finite numbers, or the points are not (M, 4).
@@ -32,6 +34,7 @@ class VehicleScan:
     points: NDArray[np.float32]
     pose: Floats
     time: float = 0.0
+    sweep: Sweep = field(default_factory=Sweep)
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 4:
@@ -46,5 +49,17 @@ class VehicleScan:
             raise DataError("a pose is a rigid transform of shape (4, 4), its time a number")
 
     def in_world(self) -> Floats:
-        """The points in the world, shape (M, 3)."""
-        return transform_points(self.pose, self.points[:, :3])
+        """The points in the world, as the vehicle saw it at the scan's own time, shape (M, 3)."""
+        return transform_points(self.pose, self.compensated().points[:, :3])
+
+    def compensated(self) -> VehicleScan:
+        """The scan with its points where they would be, had all rays left at the scan's time."""
+        if self.sweep.speed == 0.0 and self.sweep.turn_rate == 0.0:
+            return self
+        places, _ = self.sweep.compensated(self.points)
+        points = np.c_[places, self.points[:, 3]].astype(np.float32)
+        return VehicleScan(points, self.pose, self.time, Sweep(period=self.sweep.period))
+
+    def with_points(self, points: NDArray[np.float32]) -> VehicleScan:
+        """The same scan of other points, such as tampered ones."""
+        return replace(self, points=points)

@@ -16,6 +16,7 @@ from avsec_gym.kitti.label_folders import check_id, frame_ids
 from avsec_gym.storage.regular_files import is_folder, read_text
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.export.instants import ConnectedInstant, read_instant, shared_objects
+from avsec_gym.world.export.manifest import read_manifest
 
 MEETINGS = "meetings.json"
 """Name of the file that states how much vehicles see of the same objects."""
@@ -65,6 +66,12 @@ class ConnectedWorld:
     def ids(self) -> list[str]:
         """All instants, such as ``000000``, in order."""
         return frame_ids(self.root / "objects", ".json")
+
+    @property
+    def sweep(self) -> str:
+        """How its scans treat motion during a turn, a value of `avsec_gym.world.capture.Sweep`."""
+        settings = (read_manifest(self.root) or {}).get("settings", {})
+        return str(settings.get("sweep", "rolling"))
 
     def drives(self) -> dict[int, list[str]]:
         """The instants of each drive, in order; single instants are drives of one."""

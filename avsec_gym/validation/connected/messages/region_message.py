@@ -26,7 +26,7 @@ from avsec_gym.validation.connected.regions import Regions
 MOST_REGIONS = 1024
 BASE_STATION = 65535
 """Its number as a sender."""
-_REGION_BYTES = 14
+REGION_BYTES = 14
 _ANGLE = np.pi / 32768
 
 
@@ -50,7 +50,7 @@ class RegionMessage:
     @property
     def nbytes(self) -> int:
         """Exact length of its bytes."""
-        return HEADER_BYTES + POSE_BYTES + _REGION_BYTES * len(self.regions)
+        return HEADER_BYTES + POSE_BYTES + REGION_BYTES * len(self.regions)
 
     def to_bytes(self) -> bytes:
         """The message as it is sent.
@@ -80,7 +80,7 @@ class RegionMessage:
             DataError: The bytes are no such message, or it holds what is no region.
         """
         sender, count = read_header(content, MessageKind.REGIONS, MOST_REGIONS)
-        check_length(content, HEADER_BYTES + POSE_BYTES + _REGION_BYTES * count)
+        check_length(content, HEADER_BYTES + POSE_BYTES + REGION_BYTES * count)
         pose = read_pose_bytes(content, HEADER_BYTES)
         start = HEADER_BYTES + POSE_BYTES
         centre = column(content, "<i2", 3 * count, start).reshape(count, 3) * CENTIMETRE

@@ -18,7 +18,7 @@ import numpy as np
 
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.rays.sweep import TIP
+from avsec_gym.validation.connected.sweep import TIP
 
 _MIRROR = np.diag([1.0, -1.0, 1.0, 1.0])
 

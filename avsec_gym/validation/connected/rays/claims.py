@@ -12,8 +12,8 @@ from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 from avsec_gym.validation.connected.rays.observer import Observer
 from avsec_gym.validation.connected.rays.range_image import RangeImage, cells_between
-from avsec_gym.validation.connected.rays.sweep import to_scan_time
 from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.sweep import to_scan_time
 
 VOXEL = 0.2
 """Edge of the voxels, metres."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.range_image import RangeImage, range_image
-from avsec_gym.validation.connected.rays.sweep import Sweep
+from avsec_gym.validation.connected.sweep import Sweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 
@@ -37,11 +37,11 @@ class Observer:
         return self.sweep.speed, self.sweep.turn_rate, self.sweep.period
 
 
-def observe(scan: VehicleScan, sweep: Sweep = Sweep()) -> Observer:
+def observe(scan: VehicleScan, sweep: Sweep | None = None) -> Observer:
     """Sort the rays of a scan, once for all claims.
 
     Args:
         scan: The scan, its points each in the frame of their own pulse.
-        sweep: How it came about.
+        sweep: How it came about; None: as the scan has it.
     """
-    return Observer(scan, sweep, range_image(scan.points))
+    return Observer(scan, scan.sweep if sweep is None else sweep, range_image(scan.points))

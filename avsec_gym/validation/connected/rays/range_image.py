@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.kernels import kernel
-from avsec_gym.validation.connected.rays.sweep import TIP
+from avsec_gym.validation.connected.sweep import TIP
 
 Ints = NDArray[np.int32]
 Singles = NDArray[np.float32]

@@ -17,13 +17,13 @@ from avsec_gym.validation.connected.rays.range_image import (
     cells_around,
     first_and_last,
 )
-from avsec_gym.validation.connected.rays.sweep import (
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.sweep import (
     TIP,
     from_scan_time,
     ray_time,
     to_scan_time,
 )
-from avsec_gym.validation.connected.regions import Regions
 
 SUPPORT, THROUGH, MISSING, OCCLUDED, NEAR, OUTSIDE = range(6)
 """What a claimed voxel meets in the range image of a witness: a return in the region's box; one

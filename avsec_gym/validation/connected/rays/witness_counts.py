@@ -76,6 +76,11 @@ def encode_counts(counts: WitnessCounts) -> bytes:
     return _HEADER.pack(_FORMAT, len(rows)) + b"".join(_ROW.pack(*row) for row in rows)
 
 
+def most_rows(nbytes: int) -> int:
+    """Number of claims of which a message of so many bytes can tell."""
+    return max(nbytes - _HEADER.size, 0) // _ROW.size
+
+
 def decode_counts(message: bytes, regions: Regions) -> WitnessCounts:
     """The counts of a message.
 

@@ -7,7 +7,7 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.opv2v.scenario_folders import find_scenarios, opv2v_instants
-from avsec_gym.validation.connected.rays.sweep import TIP
+from avsec_gym.validation.connected.sweep import TIP
 from tests.validation.connected.opv2v.opv2v_sample import (
     SENSORS,
     faces_of_car,

@@ -12,8 +12,8 @@ from avsec_gym.validation.connected.rays.claims import (
     claim,
 )
 from avsec_gym.validation.connected.rays.observer import observe
-from avsec_gym.validation.connected.rays.sweep import Sweep
 from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.sweep import Sweep
 from tests.validation.connected.rays.world_of_planes import Box, pose_at, scan_of
 
 _BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)

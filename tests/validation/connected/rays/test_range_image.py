@@ -13,7 +13,7 @@ from avsec_gym.validation.connected.rays.range_image import (
     first_and_last,
     range_image,
 )
-from avsec_gym.validation.connected.rays.sweep import TIP
+from avsec_gym.validation.connected.sweep import TIP
 
 
 def _cloud(seed: int, count: int = 4000) -> np.ndarray:

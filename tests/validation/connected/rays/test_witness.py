@@ -5,10 +5,10 @@ import pytest
 
 from avsec_gym.validation.connected.rays.claims import Claims, claim
 from avsec_gym.validation.connected.rays.observer import Observer, observe
-from avsec_gym.validation.connected.rays.sweep import TIP, Sweep
 from avsec_gym.validation.connected.rays.witness import OCCLUDED, THROUGH, Margins, outcomes
 from avsec_gym.validation.connected.rays.witness_counts import count_rays
 from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.sweep import TIP, Sweep
 from tests.validation.connected.rays.world_of_planes import HEIGHT, Box, pose_at, scan_of
 
 _BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.rays.sweep import TIP, Sweep
+from avsec_gym.validation.connected.sweep import TIP, Sweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 Box = tuple[float, float, float, float, float, float]

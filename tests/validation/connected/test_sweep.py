@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.validation.connected.rays.sweep import Sweep, from_scan_time, ray_time, to_scan_time
+from avsec_gym.validation.connected.sweep import Sweep, from_scan_time, ray_time, to_scan_time
 
 _COORDINATE = st.floats(-80, 80)
 

@@ -1,0 +1,91 @@
+"""Steps 1 and 2 of an instant: all vehicles propose, and the base station's set goes to all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.accusation import lone_authors
+from avsec_gym.validation.connected.admission import admitted_proposals
+from avsec_gym.validation.connected.base_station import complete_set_of_regions
+from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.merging import regions_in_world
+from avsec_gym.validation.connected.messages.region_message import RegionMessage
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.traffic import MessageKind, Traffic
+from avsec_gym.validation.connected.vehicle import RegionProposer, propose_regions
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+
+
+@dataclass(frozen=True, eq=False)
+class MergedProposals:
+    """What is to be compared.
+
+    Args:
+        complete_set: The message that all vehicles got.
+        regions: Its regions in the world, R of them.
+        of_vehicles: What the base station took of each vehicle's proposals, world frame.
+        poses: Where each vehicle says that it is, of those whose proposals were taken.
+    """
+
+    complete_set: RegionMessage
+    regions: Regions
+    of_vehicles: Mapping[int, Regions]
+    poses: Mapping[int, Floats]
+
+    @property
+    def authors(self) -> NDArray[np.int64]:
+        """Lone author of each region, shape (R,)."""
+        return lone_authors(self.regions, self.of_vehicles)
+
+    def stands_in(self, vehicle: int) -> NDArray[np.bool_]:
+        """In which regions a vehicle itself stands, of which it sees nothing, shape (R,)."""
+        if vehicle not in self.poses:
+            return np.zeros(len(self.regions), bool)
+        place = self.poses[vehicle][None, :3, 3]
+        beside = [self.regions.local(index, place)[0, :2] for index in range(len(self.regions))]
+        half = self.regions.size[:, :2] / 2 + _OWN
+        return np.asarray((np.abs(np.reshape(beside, (-1, 2))) <= half).all(axis=1))
+
+
+_OWN = 0.5
+"""Metres around a region within which a vehicle's sensor stands on what is in it."""
+
+
+def merge_proposals(
+    scans: Sequence[VehicleScan], proposer: RegionProposer, traffic: Traffic, budget: Budget | None
+) -> MergedProposals:
+    """Propose, send, admit, merge, distribute.
+
+    Args:
+        scans: The scan of each vehicle, by number.
+        proposer: Proposes regions all around.
+        traffic: Takes the messages.
+        budget: What proposals may take of it; None: all are sent.
+    """
+    arrived: list[RegionMessage] = []
+    for number, scan in enumerate(scans):
+        with traffic.step("propose"):
+            message = propose_regions(number, scan.compensated(), proposer)
+            message = message if budget is None else budget.proposals_within(message)
+        read = traffic.send(
+            MessageKind.PROPOSALS, number, message.to_bytes(), RegionMessage.from_bytes
+        )
+        # The number of a sender is that of its connection, whatever the message says.
+        arrived += [RegionMessage(number, each.pose, each.regions) for each in read]
+    with traffic.step("merge"):
+        taken = admitted_proposals(arrived)
+        content = complete_set_of_regions(taken).to_bytes()
+        traffic.broadcast("regions", content)
+        complete_set = RegionMessage.from_bytes(content)
+        regions = regions_in_world(complete_set.regions, complete_set.pose)
+    return MergedProposals(
+        complete_set,
+        regions,
+        {each.sender: regions_in_world(each.regions, each.pose) for each in taken},
+        {each.sender: each.pose for each in taken},
+    )

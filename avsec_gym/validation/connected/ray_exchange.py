@@ -1,0 +1,104 @@
+"""An instant by evidence of rays: vehicles claim, all others bear witness, the station decides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.accusation import upheld_by_rays
+from avsec_gym.validation.connected.admission import admitted_counts
+from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.constants import ConnectedConstants
+from avsec_gym.validation.connected.merged_proposals import MergedProposals
+from avsec_gym.validation.connected.rays.claim_message import decode_claims, encode_claims
+from avsec_gym.validation.connected.rays.claims import Claims, claim
+from avsec_gym.validation.connected.rays.decision import Decision, decide
+from avsec_gym.validation.connected.rays.observer import observe
+from avsec_gym.validation.connected.rays.rates import RayRates, decidable
+from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness_counts import (
+    count_rays,
+    decode_counts,
+    encode_counts,
+)
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.traffic import MessageKind, Traffic
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+
+Motion = Callable[[Regions], Floats]
+"""How fast what is in each region moves by a vehicle's own tracking: along the world's x and y,
+m/s, shape (R, 2)."""
+
+
+def exchange_rays(
+    scans: Sequence[VehicleScan],
+    merged: MergedProposals,
+    margins: Margins,
+    traffic: Traffic,
+    budget: Budget,
+    motions: Sequence[Motion] | None = None,
+) -> NDArray[np.int64]:
+    """Claims of all, and what all others' rays say of them.
+
+    Args:
+        scans: The scan of each vehicle, by number.
+        merged: The regions.
+        margins: What may lie apart.
+        traffic: Takes the messages.
+        budget: Of each vehicle.
+        motions: What each vehicle knows of what moves; None: all stands.
+
+    Returns:
+        What witness ``k`` says of the claim of ``j``, 0 where it says nothing, shape (R, V, V, 3).
+    """
+    regions, others = merged.regions, len(scans) - 1
+    observers, claimed = [], dict[int, Claims]()
+    for number, scan in enumerate(scans):
+        with traffic.step("claim"):
+            observers.append(observe(scan))
+            velocity = None if motions is None else motions[number](regions)
+            mine = claim(observers[number], regions, velocity)
+            spent = traffic.sent[number].total()
+            content = encode_claims(budget.claims_within(mine, spent))
+        read = traffic.send(
+            MessageKind.CLAIMS, number, content, lambda sent: decode_claims(sent, regions)
+        )
+        # Of a vehicle with several messages the first counts.
+        if read:
+            claimed[number] = read[0]
+            traffic.broadcast("claims", encode_claims(read[0]))
+    counts = np.zeros((len(regions), len(scans), len(scans), 3), np.int64)
+    for witness, observer in enumerate(observers):
+        blind = merged.stands_in(witness)
+        for about, claims in claimed.items():
+            if about == witness:
+                continue
+            with traffic.step("witness"):
+                seen = count_rays(observer, claims, regions, margins)
+                content = encode_counts(budget.counts_within(seen, others))
+            read_counts = traffic.send(
+                MessageKind.COUNTS, witness, content, lambda sent: decode_counts(sent, regions)
+            )
+            if read_counts:
+                kept = admitted_counts(read_counts[0], claims)
+                counts[kept.region, about, witness] = kept.counts
+        counts[blind, :, witness] = 0
+    return counts
+
+
+def decide_by_rays(
+    counts: NDArray[np.int64], merged: MergedProposals, constants: ConnectedConstants
+) -> Decision:
+    """What the base station decides, with the accusations that two independent vehicles uphold."""
+    rates, rule = constants.rates, constants.rule
+    decision = decide(counts, rates, rule)
+    named = upheld_by_rays(decision, counts, merged.authors, rates, rule)
+    return Decision(decision.score, decision.probability, decision.ghost, decision.removal, named)
+
+
+def is_decidable(counts: NDArray[np.int64], rates: RayRates) -> NDArray[np.bool_]:
+    """In which regions some vehicle bears witness of another's claim, shape (R,)."""
+    return np.asarray(decidable(counts, rates).any(axis=(1, 2)))
