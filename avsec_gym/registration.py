@@ -67,6 +67,7 @@ CATALOGUE = (
         id="avsec/ClosedLoop-v0",
         entry_point="avsec_gym.envs.closed_loop:ClosedLoopEnv",
         max_episode_steps=None,  # Its own duration.
+        vector_entry_point="avsec_gym.envs.closed_loop_vector:ClosedLoopVectorEnv",
     ),
     EnvironmentEntry(
         id="avsec/ClosedLoopAttack-v0",

@@ -24,7 +24,7 @@ class CentreLine:
     @cached_property
     def along(self) -> Floats:
         """Distance of each point from the first, metres, shape (n,)."""
-        return np.concatenate([[0.0], np.cumsum(self._lengths)])
+        return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @property
     def length(self) -> float:
@@ -32,18 +32,19 @@ class CentreLine:
         return float(self.along[-1])
 
     @cached_property
-    def _lengths(self) -> Floats:
+    def lengths(self) -> Floats:
+        """Lengths of the segments, metres, shape (n - 1,)."""
         return np.hypot(*np.diff(self.points, axis=0).T)
 
     @cached_property
-    def _directions(self) -> Floats:
+    def directions(self) -> Floats:
         """Unit vectors of the segments, shape (n - 1, 2)."""
-        return np.diff(self.points, axis=0) / self._lengths[:, None]
+        return np.diff(self.points, axis=0) / self.lengths[:, None]
 
     @cached_property
-    def _headings(self) -> Floats:
+    def headings(self) -> Floats:
         """Headings at the points, without jumps, shape (n,): the mean of the segments that meet."""
-        segments = np.unwrap(np.arctan2(self._directions[:, 1], self._directions[:, 0]))
+        segments = np.unwrap(np.arctan2(self.directions[:, 1], self.directions[:, 0]))
         middle = 0.5 * (segments[1:] + segments[:-1])
         return np.concatenate([segments[:1], middle, segments[-1:]])
 
@@ -51,13 +52,13 @@ class CentreLine:
         """Direction of the line at a distance, radians."""
         if len(self.points) == 2:
             return math.atan2(self._only[3], self._only[2])
-        return float(wrap_angle(np.interp(along, self.along, self._headings)))
+        return float(wrap_angle(np.interp(along, self.along, self.headings)))
 
     def place(self, along: float, left: float = 0.0) -> tuple[float, float]:
         """The point x, y at a distance along the line and to its left, metres."""
         segment = int(np.searchsorted(self.along, along, side="right")) - 1
-        segment = min(max(segment, 0), len(self._lengths) - 1)
-        (x, y), (dx, dy) = self.points[segment].tolist(), self._directions[segment].tolist()
+        segment = min(max(segment, 0), len(self.lengths) - 1)
+        (x, y), (dx, dy) = self.points[segment].tolist(), self.directions[segment].tolist()
         ahead = along - float(self.along[segment])
         return x + ahead * dx - left * dy, y + ahead * dy + left * dx
 
@@ -75,14 +76,14 @@ class CentreLine:
         if len(self.points) == 2:
             return self._on_straight(x, y)
         relative = np.array([x, y]) - self.points[:-1]
-        ahead = (relative * self._directions).sum(axis=1)
+        ahead = (relative * self.directions).sum(axis=1)
         # The first segment runs on backwards, the last one forwards.
-        low, high = np.zeros(len(ahead)), self._lengths.copy()
+        low, high = np.zeros(len(ahead)), self.lengths.copy()
         low[0], high[-1] = -np.inf, np.inf
         inside = np.clip(ahead, low, high)
-        apart = relative - inside[:, None] * self._directions
+        apart = relative - inside[:, None] * self.directions
         nearest = int(np.argmin((apart**2).sum(axis=1)))
-        across = self._directions[nearest]
+        across = self.directions[nearest]
         left = across[0] * relative[nearest, 1] - across[1] * relative[nearest, 0]
         return float(self.along[nearest] + inside[nearest]), float(left)
 
@@ -95,4 +96,4 @@ class CentreLine:
     @cached_property
     def _only(self) -> tuple[float, float, float, float]:
         """First point and direction of the first segment, as plain numbers."""
-        return (*map(float, self.points[0]), *map(float, self._directions[0]))  # type: ignore[return-value]
+        return (*map(float, self.points[0]), *map(float, self.directions[0]))  # type: ignore[return-value]

@@ -80,11 +80,14 @@ def first_contact(log: DriveLog) -> Contact | None:
     if not len(log.sizes):
         return None
     begun = touched(log.car[0], log.sizes, log.poses[0], log.present[0])
-    for step in range(1, len(log.car)):
-        present = log.present[step].copy()
-        if begun is not None:
-            present[begun] = False
-        actor = touched(log.car[step], log.sizes, log.poses[step], present)
+    reach = 0.5 * (np.hypot(*log.sizes.T) + np.hypot(BMW_320I.length, BMW_320I.width))
+    apart = np.hypot(*np.moveaxis(log.poses[..., :2] - log.car[:, None, :2], -1, 0))
+    near = log.present & (apart <= reach)
+    near[0] = False
+    if begun is not None:
+        near[:, begun] = False
+    for step in np.flatnonzero(near.any(axis=1)).tolist():
+        actor = touched(log.car[step], log.sizes, log.poses[step], near[step])
         if actor is not None:
             return Contact(step, actor)
     return None

@@ -93,7 +93,7 @@ def is_fail_safe(
 
 
 def _not_behind(obstacles: Obstacles, car: Floats) -> Obstacles:
-    kept = np.array([not is_behind(car, pose) for pose in obstacles.poses[:, 0]], bool)
+    kept = ~is_behind(car, obstacles.poses[:, 0])
     return Obstacles(
         ids=obstacles.ids[kept],
         categories=obstacles.categories[kept],

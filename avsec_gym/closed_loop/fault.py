@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.drive_log import Contact, DriveLog
 from avsec_gym.closed_loop.lanes import Lanes
@@ -53,14 +54,24 @@ def at_fault(log: DriveLog, contact: Contact, lanes: Lanes, drivable: shapely.Ge
     return astride(car, lanes, drivable)
 
 
-def is_ahead(car: Floats, pose: Floats) -> bool:
-    """Whether an actor's centre lies ahead of the car's rear axle."""
-    return abs(_bearing(car, pose)) < _AHEAD
+def is_ahead(car: Floats, pose: Floats) -> NDArray[np.bool_]:
+    """Whether an actor's centre lies ahead of the car's rear axle, within 30 degrees.
+
+    Args:
+        car: States of the car, shape (..., 5).
+        pose: Poses of actors, shape (..., 3).
+    """
+    return np.abs(_bearing(car, pose)) < _AHEAD
 
 
-def is_behind(car: Floats, pose: Floats) -> bool:
-    """Whether an actor's centre lies behind the car's rear axle."""
-    return abs(_bearing(car, pose)) > _BEHIND
+def is_behind(car: Floats, pose: Floats) -> NDArray[np.bool_]:
+    """Whether an actor's centre lies behind the car's rear axle, within 30 degrees.
+
+    Args:
+        car: States of the car, shape (..., 5).
+        pose: Poses of actors, shape (..., 3).
+    """
+    return np.abs(_bearing(car, pose)) > _BEHIND
 
 
 def astride(car: Floats, lanes: Lanes, drivable: shapely.Geometry) -> bool:
@@ -73,7 +84,7 @@ def astride(car: Floats, lanes: Lanes, drivable: shapely.Geometry) -> bool:
     )
 
 
-def _bearing(car: Floats, pose: Floats) -> float:
-    offset = BMW_320I.rear_axle
-    x, y = car[0] - offset * np.cos(car[3]), car[1] - offset * np.sin(car[3])
-    return float(wrap_angle(np.arctan2(pose[1] - y, pose[0] - x) - car[3]))
+def _bearing(car: Floats, pose: Floats) -> Floats:
+    offset, heading = BMW_320I.rear_axle, car[..., 3]
+    x, y = car[..., 0] - offset * np.cos(heading), car[..., 1] - offset * np.sin(heading)
+    return wrap_angle(np.arctan2(pose[..., 1] - y, pose[..., 0] - x) - heading)

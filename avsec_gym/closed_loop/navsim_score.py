@@ -100,43 +100,27 @@ def time_to_collision(log: DriveLog, lanes: Lanes, drivable: shapely.Geometry) -
     Car and actors keep speed and heading.  Only what lies ahead counts, and beside it where the car
     is astride two lanes; a standing car has no time to collision.
     """
-    least = math.inf
-    if not len(log.sizes):
-        return least
     stride = max(1, round(_EVERY / log.dt))
+    cars, poses, speeds = log.car[::stride], log.poses[::stride], log.speeds[::stride]
     reach = 0.5 * (np.hypot(*log.sizes.T) + np.hypot(BMW_320I.length, BMW_320I.width))
-    for step in range(0, len(log.car), stride):
-        car, poses = log.car[step], log.poses[step]
-        if car[2] <= STANDING:
-            continue
-        # Actors that may come near within the horizon.
-        apart = np.hypot(*(poses[:, :2] - car[:2]).T) - reach
-        closing = HORIZON * (car[2] + np.abs(log.speeds[step]))
-        rows = np.nonzero(log.present[step] & (apart <= closing))[0]
-        if not len(rows):
-            continue
-        beside = astride(car, lanes, drivable)
-        rows = np.array(
-            [
-                i
-                for i in rows
-                if is_ahead(car, poses[i]) or (beside and not is_behind(car, poses[i]))
-            ],
-            int,
-        )
-        looks = _LOOKS[least > _LOOKS]
-        if not len(rows) or not len(looks):
-            continue
-        own = rectangle_polygons(_moved_on(car[[0, 1, 3]], car[2], looks), *_SIZE)
-        others = rectangle_polygons(
-            _moved_on(poses[rows], log.speeds[step, rows], looks),
-            log.sizes[rows, None, 0],
-            log.sizes[rows, None, 1],
-        )
-        touching = shapely.intersects(own, others).any(axis=0)
-        if touching.any():
-            least = min(least, float(looks[np.argmax(touching)]))
-    return least
+    # Pairs of instants and actors that may touch at some look.
+    apart = np.hypot(*np.moveaxis(poses[..., :2] - cars[:, None, :2], -1, 0)) - reach
+    closing = HORIZON * (cars[:, 2, None] + np.abs(speeds))
+    near = log.present[::stride] & (apart <= closing) & (cars[:, 2, None] > STANDING)
+    t, i = np.nonzero(near)
+    own = _moved_on(cars[t][:, [0, 1, 3]], cars[t, 2], _LOOKS)
+    others = _moved_on(poses[t, i], speeds[t, i], _LOOKS)
+    meets = np.hypot(*np.moveaxis((own - others)[..., :2], -1, 0)) <= reach[i, None]
+    # The earliest look at which any of them touches; only what touches is asked whether it counts.
+    ahead, behind = is_ahead(cars[t], poses[t, i]), is_behind(cars[t], poses[t, i])
+    for look, time in enumerate(_LOOKS.tolist()):
+        rows = np.flatnonzero(meets[:, look] & ~behind)
+        others_there = rectangle_polygons(others[rows, look], *log.sizes[i[rows]].T)
+        touching = shapely.intersects(rectangle_polygons(own[rows, look], *_SIZE), others_there)
+        for row in rows[touching].tolist():
+            if ahead[row] or astride(cars[t[row]], lanes, drivable):
+                return float(time)
+    return math.inf
 
 
 _SIZE = (BMW_320I.length, BMW_320I.width)

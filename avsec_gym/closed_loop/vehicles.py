@@ -19,7 +19,7 @@ from avsec_gym.planners.vehicle import BMW_320I
 
 RESPONSE = 0.1
 """Seconds in which the wheels turn to the angle that is asked for, if they are that fast."""
-_MOST_ACCELERATION = 8.0
+MOST_ACCELERATION = 8.0
 """m/s2: full braking on a dry road, as in an emergency stop."""
 
 
@@ -57,7 +57,7 @@ class Car(Vehicle):  # type: ignore[misc]
 
     def step(self, dt: float) -> None:
         """Drive on for a time, seconds."""
-        acceleration = _within(float(self.action["acceleration"]), _MOST_ACCELERATION)
+        acceleration = _within(float(self.action["acceleration"]), MOST_ACCELERATION)
         wanted = _within(float(self.action["steering"]), BMW_320I.max_steering_angle)
         turned = self._rate * dt
         if abs(turned) > abs(wanted - self.steering_angle):

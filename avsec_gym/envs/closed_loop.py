@@ -39,13 +39,11 @@ from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.suggestions import unknown_name
 
+REFUSED = {"clean": "thresholds come as a table here, which `avsec validate` makes"}
+"""Parts that have no meaning here, with the reason."""
 
-@takes_parts(
-    Kind.PLANNER,
-    refused={"clean": "thresholds come as a table here, which `avsec validate` makes"},
-    scenarios="layouts",
-    motion="truth",
-)
+
+@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="layouts", motion="truth")
 class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     """Drive a car among recorded or reacting traffic, by what it believes.
 

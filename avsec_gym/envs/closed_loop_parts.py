@@ -9,6 +9,8 @@ from typing import Any
 from avsec_gym.argument_checks import one_of
 from avsec_gym.closed_loop.error_model.model import ErrorModel
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
+from avsec_gym.closed_loop.light.beliefs import LightBlindness, LightPerception, LightTruth
+from avsec_gym.closed_loop.light.light_errors import LightErrors
 from avsec_gym.closed_loop.loop_scenes import DRIVES, LoopScenes, loop_scenes, scenes_to_drive_in
 from avsec_gym.closed_loop.perception import (
     BlindPerception,
@@ -121,6 +123,35 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         return SensorPerception(pipeline)
 
     return sensors, planner
+
+
+def light_perceptions(made: Made, motion: Motion, count: int) -> list[LightPerception]:
+    """The perceptions of many light drives, one for each.
+
+    Args:
+        made: What `perception_of` made.
+        motion: What the planner knows of motion.
+        count: Number of drives.
+
+    Raises:
+        ConfigurationError: It is one that only a single environment has.
+    """
+    if motion == Motion.CLASSIFIER:
+        raise ConfigurationError(
+            'many drives at once have no classifier: give motion="static" or "truth"'
+        )
+    moving = motion == Motion.TRUTH
+    kinds: dict[type, Callable[[], LightPerception]] = {
+        TruthPerception: lambda: LightTruth(moving),
+        BlindPerception: LightBlindness,
+        ErrorModelPerception: lambda: LightErrors(made.model, moving),  # type: ignore[union-attr]
+    }
+    if type(made) not in kinds:
+        raise ConfigurationError(
+            f'many drives at once perceive by "{TRUTH}", "{BLIND}" or an error model; for other '
+            'perception make single environments: gym.make_vec(..., vectorization_mode="sync")'
+        )
+    return [kinds[type(made)]() for _ in range(count)]
 
 
 def _level(given: Mapping[str, Any]) -> str | DrivePerception:

@@ -10,11 +10,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import shown, whole_number
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.envs.detection_attack import DetectionGame
 from avsec_gym.envs.ghost_round import OUTCOMES, Queried, Round
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.reset_options import reset_options
+from avsec_gym.envs.vector_resets import generators_of, mask_of
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import COLLISION, SAFE
 
@@ -85,16 +86,8 @@ class DetectionAttackVectorEnv(
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin all episodes, or those of ``options["reset_mask"]``."""
         options = reset_options(options, "reset_mask")
-        mask = self._mask(options.pop("reset_mask", np.ones(self.num_envs, bool)))
-        if seed is not None or not self._generators:
-            given = self._seeds(seed)
-            fresh = [gym.utils.seeding.np_random(each)[0] for each in given]
-            old = self._generators or fresh
-            changed = [each is not None for each in given]
-            self._generators = [
-                new if change else kept
-                for new, kept, change in zip(fresh, old, changed, strict=True)
-            ]
+        mask = mask_of(options.pop("reset_mask", np.ones(self.num_envs, bool)), self.num_envs)
+        self._generators = generators_of(seed, self.num_envs, self._generators)
         if not self._rounds:
             mask[:] = True
             self._rounds = [None] * self.num_envs  # type: ignore[list-item]
@@ -144,27 +137,6 @@ class DetectionAttackVectorEnv(
 
     def _safe_before(self) -> NDArray[np.bool_]:
         return np.array([self.game.is_safe(r.index, r.intention) for r in self._rounds])
-
-    def _seeds(self, seed: Any) -> list[int | None]:
-        """One for each environment: those of a list, or consecutive ones."""
-        if not isinstance(seed, list | tuple):
-            first = None if seed is None else whole_number("seed", seed, 0)
-            return [None if first is None else first + i for i in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ConfigurationError(
-                f"reset takes one seed, or one for each of {self.num_envs} environments, got "
-                f"{len(seed)}"
-            )
-        return [None if each is None else whole_number("seed", each, 0) for each in seed]
-
-    def _mask(self, given: Any) -> NDArray[np.bool_]:
-        """A copy of the mask of the episodes that begin."""
-        is_mask = isinstance(given, np.ndarray) and given.dtype == bool
-        if not is_mask or given.shape != (self.num_envs,):
-            raise ConfigurationError(
-                f"reset_mask is a NumPy array of {self.num_envs} flags, got {shown(given)}"
-            )
-        return np.array(given)
 
     def _begin(self, which: NDArray[np.int64], options: dict[str, Any]) -> None:
         for i in which:

@@ -1,4 +1,4 @@
-"""`PlannerDriver`: the motion planner as an agent with the interface of stable-baselines3."""
+"""The motion planner as an agent with the interface of stable-baselines3: of one car, of many."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.planner_policy import REPLANNING, PlannerPolicy
+from avsec_gym.envs.closed_loop_vector import ACCELERATION, STEERING, ClosedLoopVectorEnv
 from avsec_gym.errors import ConfigurationError
 
 
@@ -73,6 +74,74 @@ class PlannerDriver:
         wanted = zip((acceleration, -steering), ranges, strict=True)
         action = np.array([_scaled(value, *span) for value, span in wanted], np.float32)
         return action.reshape(*np.shape(observation)[:-1], 2), state
+
+
+class PlannerDrivers:
+    """Planners that drive many cars at once: each as a `PlannerDriver` does.
+
+    Args:
+        environments: The vector form of `avsec/ClosedLoop-v0`.
+        planner: A name, a dictionary or a live planner; None: the environments'.
+        replanning: Seconds between two plans.
+
+    Raises:
+        ConfigurationError: These are no such environments.
+
+    Example:
+        >>> many = gym.make_vec("avsec_gym:avsec/ClosedLoop-v0", num_envs=3)
+        >>> drivers = PlannerDrivers(many)
+        >>> observations, _ = many.reset(seed=0)
+        >>> actions, _ = drivers.predict(observations)
+        >>> actions.shape
+        (3, 2)
+    """
+
+    def __init__(
+        self, environments: Any, planner: Any = None, replanning: float = REPLANNING
+    ) -> None:
+        played = getattr(environments, "unwrapped", environments)
+        if not isinstance(played, ClosedLoopVectorEnv):
+            raise ConfigurationError(
+                "many planners drive the vector form of avsec/ClosedLoop-v0: gym.make_vec("
+                '"avsec/ClosedLoop-v0", num_envs=64); one drives a single one, as PlannerDriver'
+            )
+        chosen = played.planner if planner is None else planner
+        self.policies = [PlannerPolicy(chosen, replanning) for _ in range(played.num_envs)]
+        self._environments = played
+        self._drives: list[Any] = [None] * played.num_envs
+
+    def predict(
+        self,
+        observation: NDArray[np.float32],
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[NDArray[np.float32], Any]:
+        """The actions at the present instants of the drives; none where a drive is over.
+
+        Args:
+            observation: Not used: beliefs are read from the environments.
+            state: Handed through.
+            episode_start: Not used: a new drive is recognised by itself.
+            deterministic: Planners always are.
+
+        Returns:
+            Actions in [-1, 1], shape (num_envs, 2), and the state.
+        """
+        played = self._environments
+        actions = np.zeros((played.num_envs, 2), np.float32)
+        for i, (drive, policy) in enumerate(zip(played.drives, self.policies, strict=True)):
+            if drive.outcome is not None:
+                continue
+            if self._drives[i] is not drive:
+                self._drives[i] = drive
+                policy.begin(drive.place.scene, drive.intention)
+            acceleration, steering = policy.drive(drive.state, played.belief(i))
+            actions[i] = (
+                _scaled(acceleration, -ACCELERATION, ACCELERATION),
+                _scaled(-steering, -STEERING, STEERING),
+            )
+        return actions, state
 
 
 def _scaled(value: float, low: float, high: float) -> float:

@@ -14,8 +14,8 @@ from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, object_vie
 from avsec_gym.closed_loop.relative_poses import Pose, in_world, seen_from
 from avsec_gym.geometry import Floats, ego_to_camera
 
-_FOUND, _TURNED = 0, 1
-_LATENT = 2 + len(COMPONENTS)
+FOUND, TURNED = 0, 1
+LATENT = 2 + len(COMPONENTS)
 """Standard normal numbers of each actor: whether it is found, whether it is turned round, and one
 for each component."""
 
@@ -59,7 +59,7 @@ class DrawnErrors:
         latent = self._remembered(actors, passed)
         # Gaussian copulas: each number is normal at every instant, and so is what it decides as
         # likely as the model wants it, however well it is remembered.
-        found = norm.cdf(latent[:, _FOUND]) < self.model.probabilities(boxes, views)
+        found = norm.cdf(latent[:, FOUND]) < self.model.probabilities(boxes, views)
         seen = np.flatnonzero(found & (views.outside < 1))
         boxes, actors, latent = boxes[seen], actors[seen], latent[seen]
         real = self._displaced(boxes, views.distance[seen], views.bearing[seen], latent)
@@ -70,10 +70,10 @@ class DrawnErrors:
         )
 
     def _remembered(self, actors: NDArray[np.int64], passed: float) -> Floats:
-        """The normal numbers of actors at this instant, shape (N, `_LATENT`)."""
-        kept = np.full(_LATENT, math.exp(-passed / self.model.error_seconds))
-        kept[_FOUND] = math.exp(-passed / self.model.found_seconds)
-        fresh = self._random.standard_normal((len(actors), _LATENT))
+        """The normal numbers of actors at this instant, shape (N, `LATENT`)."""
+        kept = np.full(LATENT, math.exp(-passed / self.model.error_seconds))
+        kept[FOUND] = math.exp(-passed / self.model.found_seconds)
+        fresh = self._random.standard_normal((len(actors), LATENT))
         for row, actor in enumerate(actors.tolist()):
             if actor in self._latent:
                 fresh[row] = kept * self._latent[actor] + np.sqrt(1 - kept**2) * fresh[row]
@@ -92,7 +92,7 @@ class DrawnErrors:
         cos, sin = np.cos(bearing), np.sin(bearing)
         poses[:, 0] += cos * error["radial"] - sin * error["lateral"]
         poses[:, 1] += sin * error["radial"] + cos * error["lateral"]
-        poses[:, 2] += error["turn"] + np.pi * (shares[:, _TURNED] < self.model.turned_round)
+        poses[:, 2] += error["turn"] + np.pi * (shares[:, TURNED] < self.model.turned_round)
         dimensions = boxes.dimensions.copy()
         # Tails are heavy, cars are not: a third to three times the size.
         dimensions[:, 1] *= np.exp(np.clip(error["log_width"], -1, 1))

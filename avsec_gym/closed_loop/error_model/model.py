@@ -34,7 +34,7 @@ TERMS = ("constant", "distance", "distance_squared", "hidden", "outside", "not_c
 """What the log-odds of a detection depend on; distances in units of 20 m."""
 COMPONENTS = ("radial", "lateral", "turn", "log_length", "log_width")
 """What a detection has wrong, metres and radians."""
-_UNIT = 20.0
+UNIT = 20.0
 _REMEDY = "Fit it anew with `avsec error-model fit`."
 
 
@@ -56,7 +56,7 @@ class Spread:
 
     def scales(self, distance: Floats) -> Floats:
         """The scale at each distance, metres, shape (N,)."""
-        return np.asarray(self.scale * np.exp(self.growth * distance / _UNIT))
+        return np.asarray(self.scale * np.exp(self.growth * distance / UNIT))
 
     def quantiles(self, shares: Floats, distance: Floats) -> Floats:
         """The errors below which such shares of all lie, shape (N,)."""
@@ -116,7 +116,7 @@ class ErrorModel:
 
 def terms(boxes: Boxes3D, views: ObjectViews) -> Floats:
     """`TERMS` of each object, shape (N, 6)."""
-    distance = views.distance / _UNIT
+    distance = views.distance / UNIT
     not_car = (boxes.category != "Car").astype(float)
     ones = np.ones_like(distance)
     return np.column_stack([ones, distance, distance**2, views.hidden, views.outside, not_car])

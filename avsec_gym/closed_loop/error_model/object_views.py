@@ -11,7 +11,7 @@ from avsec_gym.geometry import Floats, rectangle_corners, wrap_angle
 
 HALF_VIEW = 0.711
 """Half the horizontal angle of KITTI's colour cameras, radians: 621 pixels of 721.5 to one."""
-_RAYS = 16
+RAYS = 16
 """Directions across each object in which something nearer is looked for."""
 
 
@@ -51,7 +51,7 @@ def object_views(boxes: Boxes3D, half_view: float = HALF_VIEW) -> ObjectViews:
     bearing = np.arctan2(poses[:, 1], poses[:, 0])
     apart = wrap_angle(np.arctan2(corners[..., 1], corners[..., 0]) - bearing[:, None])
     right, left = apart.min(axis=1, initial=0.0), apart.max(axis=1, initial=0.0)
-    rays = right[:, None] + (left - right)[:, None] * (np.arange(_RAYS) + 0.5) / _RAYS
+    rays = right[:, None] + (left - right)[:, None] * (np.arange(RAYS) + 0.5) / RAYS
     rays = wrap_angle(bearing[:, None] + rays)
     # An object hides another one where a ray to the farther one meets the nearer one's width.
     distance = np.hypot(poses[:, 0], poses[:, 1])

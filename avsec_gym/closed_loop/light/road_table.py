@@ -1,0 +1,150 @@
+"""A scene's road as a table that kernels read: centre lines, widths, and the drivable area."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from avsec_gym.closed_loop.centre_line import CentreLine
+from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
+
+X, Y, ALONG, HEADING, LENGTH, AHEAD_X, AHEAD_Y = range(7)
+_HEADING_WEIGHT = 4.0
+"""Metres that a radian between a vehicle and a lane counts for, as in `Lanes.at`."""
+
+
+class RoadTable(NamedTuple):
+    """L lanelets, in the order of the road."""
+
+    points: Floats
+    """Points of lines, one line after the other: x, y, distance along the line, the line's heading
+    without jumps; length and direction of the segment from here on; shape (P, 7)."""
+    lines: NDArray[np.int64]
+    """First point and the one after the last, of each lanelet's line through its successors,
+    shape (L, 2)."""
+    own: NDArray[np.int64]
+    """The same of each lanelet's own centre line."""
+    widths: Floats
+    """Metres, shape (L,)."""
+    edges: Floats
+    """Edges of the drivable area, from x, y to x, y, shape (E, 4)."""
+
+
+def road_table(scene: TrafficScene) -> RoadTable:
+    """The road of a scene, laid out."""
+    lanes = scene.lanes
+    ids = [lanelet.id for lanelet in lanes.road.lanelets]
+    rows: list[Floats] = []
+    spans: list[tuple[int, int]] = []
+    begin = 0
+    for line in [*(lanes.line(id) for id in ids), *(lanes.own_lines[id] for id in ids)]:
+        rows.append(_points(line))
+        spans.append((begin, begin + len(rows[-1])))
+        begin += len(rows[-1])
+    return RoadTable(
+        points=np.concatenate(rows),
+        lines=np.array(spans[: len(ids)], np.int64),
+        own=np.array(spans[len(ids) :], np.int64),
+        widths=np.array([lanes.width(id) for id in ids]),
+        edges=_edges(scene.drivable),
+    )
+
+
+def _points(line: CentreLine) -> Floats:
+    lengths, directions = np.append(line.lengths, 0.0), np.vstack([line.directions, [0.0, 0.0]])
+    return np.column_stack([line.points, line.along, line.headings, lengths, directions])
+
+
+def _edges(area: shapely.Geometry) -> Floats:
+    rings = shapely.get_rings(shapely.get_parts(area))
+    corners = [shapely.get_coordinates(ring) for ring in rings]
+    return np.concatenate([np.hstack([ring[:-1], ring[1:]]) for ring in corners])
+
+
+@kernel(nogil=True)
+def contains(edges: Floats, x: float, y: float) -> bool:
+    """Whether a point lies in an area: a ray from it crosses an odd number of edges."""
+    inside = False
+    for e in range(len(edges)):
+        ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
+        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
+            inside = not inside
+    return inside
+
+
+@kernel(nogil=True)
+def coordinates(points: Floats, begin: int, end: int, x: float, y: float) -> tuple[float, float]:
+    """`CentreLine.coordinates` of the line through points `begin` to `end`."""
+    along, left, least = 0.0, 0.0, np.inf
+    for p in range(begin, end - 1):
+        length, dx, dy = points[p, LENGTH], points[p, AHEAD_X], points[p, AHEAD_Y]
+        relative_x, relative_y = x - points[p, X], y - points[p, Y]
+        ahead = relative_x * dx + relative_y * dy
+        # The first segment runs on backwards, the last one forwards.
+        inside = ahead
+        if p > begin:
+            inside = max(inside, 0.0)
+        if p < end - 2:
+            inside = min(inside, length)
+        apart_x, apart_y = relative_x - inside * dx, relative_y - inside * dy
+        apart = apart_x * apart_x + apart_y * apart_y
+        if apart < least:
+            least = apart
+            along, left = points[p, ALONG] + inside, dx * relative_y - dy * relative_x
+    return along, left
+
+
+@kernel(nogil=True)
+def heading_at(points: Floats, begin: int, end: int, along: float) -> float:
+    """`CentreLine.heading`: linear between points, constant beyond the ends; may be off by 2 pi."""
+    p = _segment(points, begin, end, along)
+    low, high = points[p, ALONG], points[p + 1, ALONG]
+    share = min(max((along - low) / (high - low), 0.0), 1.0)
+    return float(points[p, HEADING] + share * (points[p + 1, HEADING] - points[p, HEADING]))
+
+
+@kernel(nogil=True)
+def place_at(points: Floats, begin: int, end: int, along: float) -> tuple[float, float]:
+    """`CentreLine.place` on the line: x, y."""
+    p = _segment(points, begin, end, along)
+    ahead = along - points[p, ALONG]
+    return points[p, X] + ahead * points[p, AHEAD_X], points[p, Y] + ahead * points[p, AHEAD_Y]
+
+
+@kernel(nogil=True)
+def lane_at(road: RoadTable, x: float, y: float, heading: float) -> int:
+    """`Lanes.at`: the row of the lanelet that a vehicle drives in."""
+    nearest, least = 0, np.inf
+    for lane in range(len(road.own)):
+        begin, end = road.own[lane, 0], road.own[lane, 1]
+        along, left = coordinates(road.points, begin, end, x, y)
+        beyond = max(-along, along - road.points[end - 1, ALONG], 0.0)
+        turned = abs(wrapped(heading - heading_at(road.points, begin, end, along)))
+        distance = abs(left) + beyond + _HEADING_WEIGHT * turned
+        if distance < least:
+            nearest, least = lane, distance
+    return nearest
+
+
+@kernel(nogil=True)
+def wrapped(angle: float) -> float:
+    """The same direction in [-pi, pi)."""
+    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+@kernel(nogil=True)
+def _segment(points: Floats, begin: int, end: int, along: float) -> int:
+    """The last segment that begins at or before a distance, the first one at least."""
+    low, high = begin, end - 2
+    while low < high:
+        middle = (low + high + 1) // 2
+        if points[middle, ALONG] <= along:
+            low = middle
+        else:
+            high = middle - 1
+    return low

@@ -1,0 +1,93 @@
+"""What a driver is shown, as a kernel: equal to `DriverObservation`, which states what it is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.closed_loop.light.beliefs import Believed
+from avsec_gym.closed_loop.light.car_motion import HEADING, SPEED, STEERING, X, Y
+from avsec_gym.closed_loop.light.light_drive import LightDrive
+from avsec_gym.closed_loop.light.road_table import (
+    RoadTable,
+    coordinates,
+    heading_at,
+    lane_at,
+    place_at,
+    wrapped,
+)
+from avsec_gym.envs.closed_loop_observation import EACH, OWN, RANGE
+from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
+from avsec_gym.road_type import RoadType
+
+_LOOK = 15.0
+"""Metres ahead at which a lane is looked at."""
+
+
+def show(drive: LightDrive, believed: Believed, row: NDArray[np.float32]) -> None:
+    """Write what the driver of a light drive is shown.
+
+    Args:
+        drive: The drive.
+        believed: What the car believes.
+        row: Memory for the observation, shape (13 + 9 objects,).
+    """
+    scene = drive.place.scene
+    left, share = drive.remaining
+    others = (left, share, scene.cruise[0], float(scene.road_type == RoadType.HIGHWAY))
+    _show(drive.place.road, drive.aim.lane, drive.car, others, *believed, row)
+
+
+@kernel(nogil=True)
+def _show(
+    road: RoadTable,
+    target: int,
+    car: Floats,
+    others: tuple[float, float, float, float],
+    poses: Floats,
+    lengths: Floats,
+    widths: Floats,
+    speeds: Floats,
+    row: NDArray[np.float32],
+) -> None:
+    x, y, heading, speed = car[X], car[Y], car[HEADING], car[SPEED]
+    cos, sin = np.cos(heading), np.sin(heading)
+    row[:] = 0.0
+    row[0], row[1] = _cut(speed / 25.0), _cut(car[STEERING] / (math.pi / 4))
+    # The lane that the car is in, and the intended one.
+    for k in range(2):
+        lane = lane_at(road, x, y, heading) if k == 0 else target
+        begin, end = road.lines[lane, 0], road.lines[lane, 1]
+        along, left = coordinates(road.points, begin, end, x, y)
+        turned = wrapped(heading - heading_at(road.points, begin, end, along))
+        ahead_x, ahead_y = place_at(road.points, begin, end, along + _LOOK)
+        bends = cos * (ahead_y - y) - sin * (ahead_x - x)
+        row[2 + 3 * k] = _cut(left / 10.0)
+        row[3 + 3 * k] = _cut(turned / math.pi)
+        row[4 + 3 * k] = _cut(bends / 10.0)
+    row[8], row[9] = _cut(others[0] / 100.0), _cut(others[1])
+    row[10], row[11] = _cut(others[2] / 25.0), others[3]
+    # The nearest objects, in the car's frame.
+    apart = np.hypot(poses[:, 0] - x, poses[:, 1] - y)
+    nearest = np.argsort(apart, kind="mergesort")
+    for k in range(min(len(nearest), (len(row) - OWN) // EACH)):
+        i = nearest[k]
+        dx, dy = poses[i, 0] - x, poses[i, 1] - y
+        turned = poses[i, 2] - heading
+        turned_cos, turned_sin = np.cos(turned), np.sin(turned)
+        at = OWN + EACH * k
+        row[at] = 1.0
+        row[at + 1] = _cut((cos * dx + sin * dy) / RANGE)
+        row[at + 2] = _cut((cos * dy - sin * dx) / 20.0)
+        row[at + 3] = _cut((speeds[i] * turned_cos - speed) / 25.0)
+        row[at + 4] = _cut(speeds[i] * turned_sin / 25.0)
+        row[at + 5], row[at + 6] = turned_cos, turned_sin
+        row[at + 7], row[at + 8] = _cut(lengths[i] / 20.0), _cut(widths[i] / 4.0)
+
+
+@kernel(nogil=True)
+def _cut(value: float) -> float:
+    return float(min(max(value, -1.0), 1.0))
