@@ -17,6 +17,7 @@ from avsec_gym.closed_loop.tracks import STEP, Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.envs.closed_loop_vector import ClosedLoopVectorEnv
 from avsec_gym.envs.planner_driver import PlannerDriver, PlannerDrivers
+from avsec_gym.envs.sb3 import StableBaselinesVecEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.road_type import RoadType
@@ -263,3 +264,15 @@ def test_planners_drive_many_cars_as_they_drive_one(arguments: dict[str, Any]) -
 def test_one_planner_for_one_many_for_many() -> None:
     with pytest.raises(ConfigurationError, match="vector form"):
         PlannerDrivers(gym.make(ID))
+
+
+def test_stable_baselines3_takes_it() -> None:
+    many = StableBaselinesVecEnv(gym.make_vec(ID, num_envs=3, scenarios=BENT))
+    many.reset()
+    ends = 0
+    for _ in range(60):
+        _, _, ended, infos = many.step(np.tile([0.3, 0.4], (3, 1)).astype(np.float32))
+        for info, over in zip(infos, ended, strict=True):
+            assert ("terminal_observation" in info) == over
+        ends += int(ended.sum())
+    assert ends > 0
