@@ -7,6 +7,7 @@ from avsec_gym.kitti.detections import DetectionFolder, above, default_score_thr
 from avsec_gym.kitti.label_folders import read_label_folder
 from avsec_gym.kitti.labels import read_detections, read_labels, write_detections, write_labels
 from avsec_gym.kitti.map_files import read_disparity, read_mask, write_disparity, write_mask
+from avsec_gym.kitti.odometry import KittiOdometry, OdometrySequence
 from avsec_gym.kitti.oxts import Oxts, read_oxts, write_oxts
 from avsec_gym.kitti.oxts_poses import oxts_from_poses, poses_from_oxts
 from avsec_gym.kitti.raw import Drive, KittiRaw
@@ -20,8 +21,10 @@ from avsec_gym.kitti.sensor_files import (
     write_points,
 )
 from avsec_gym.kitti.splits import RawOrigin, read_raw_mapping, read_split
+from avsec_gym.kitti.stereo import KittiStereo
 from avsec_gym.kitti.timestamps import read_timestamps, write_timestamps
 from avsec_gym.kitti.tracking import TrackedBoxes, read_tracking_labels
+from avsec_gym.kitti.tracking_sequences import KittiTracking, TrackingSequence
 from avsec_gym.kitti.tracklets import Tracklet, read_tracklets, tracklet_boxes, write_tracklets
 from avsec_gym.kitti.writing import write_drive_records, write_object_frame, write_raw_frame
 
@@ -30,10 +33,15 @@ __all__ = [
     "DetectionFolder",
     "Drive",
     "KittiObject",
+    "KittiOdometry",
     "KittiRaw",
+    "KittiStereo",
+    "KittiTracking",
+    "OdometrySequence",
     "Oxts",
     "RawOrigin",
     "TrackedBoxes",
+    "TrackingSequence",
     "Tracklet",
     "above",
     "check_data",

@@ -1,13 +1,15 @@
-"""Calibration files of the KITTI object and tracking benchmarks."""
+"""Calibration files of the KITTI object, tracking and odometry benchmarks."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
+from avsec_gym.geometry import Floats
 from avsec_gym.kitti.matrix_files import matrix_lines, read_matrices
 from avsec_gym.storage.text_files import write_text
 
@@ -17,6 +19,7 @@ FEWEST_CAMERAS = 4
 _SHAPES = {"R0_rect": (3, 3), "Tr_velo_to_cam": (3, 4), "Tr_imu_to_velo": (3, 4)}
 _OPTIONAL = "Tr_imu_to_velo"
 # The tracking benchmark has other names for the same, and no colons.
+_ODOMETRY = "Put the calib.txt of data_odometry_calib.zip in its place, which has a line Tr, too."
 _ALIASES = {"R_rect": "R0_rect", "Tr_velo_cam": "Tr_velo_to_cam", "Tr_imu_velo": "Tr_imu_to_velo"}
 
 
@@ -31,16 +34,38 @@ def read_calibration(path: str | Path) -> Calibration:
         DataError: A key is missing or stands twice, a matrix has the wrong number of entries, a
             value is not a finite number, or together they are no `Calibration`.
     """
+    return _calibration(path, _ALIASES, {})
+
+
+def read_odometry_calibration(path: str | Path) -> Calibration:
+    """Calibration of a sequence of the odometry benchmark.
+
+    Args:
+        path: ``calib.txt`` with P0 to P3 and Tr, from the LiDAR to the rectified camera 0.
+
+    Raises:
+        DataError: As of `read_calibration`.  The archives of images hold such files without Tr:
+            then its remedy says which archive has it.
+    """
+    identity = {"R0_rect": np.eye(3)}
+    return _calibration(path, {"Tr": "Tr_velo_to_cam"}, identity, _ODOMETRY)
+
+
+def _calibration(
+    path: str | Path,
+    aliases: Mapping[str, str],
+    given: Mapping[str, Floats],
+    remedy: str = "The file may be cut off, or of another layout (KITTI raw has several files); "
+    "fetch it again.",
+) -> Calibration:
+    """A file's matrices, and those that its benchmark does not write because all have them."""
     file = read_matrices(
-        path, lambda name: (3, 4) if _is_camera(name) else _SHAPES.get(name), _ALIASES
+        path, lambda name: (3, 4) if _is_camera(name) else _SHAPES.get(name), aliases
     )
+    file.matrices.update({name: own for name, own in given.items() if name not in file.matrices})
     matrices = file.matrices
     cameras = [f"P{i}" for i in range(max(FEWEST_CAMERAS, sum(map(_is_camera, matrices))))]
-    file.require(
-        [*cameras, *(key for key in _SHAPES if key != _OPTIONAL)],
-        "The file may be cut off, or of another layout (KITTI raw has several files); "
-        "fetch it again.",
-    )
+    file.require([*cameras, *(key for key in _SHAPES if key != _OPTIONAL)], remedy)
     try:
         return Calibration(
             projections=np.stack([matrices[name] for name in cameras]),

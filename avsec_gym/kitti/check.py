@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from pathlib import Path
 
-from avsec_gym.kitti.check_object import check_object, check_text_folder, look_at_calibration
+from avsec_gym.kitti.archives import archives_apart
+from avsec_gym.kitti.check_object import check_object, check_text_folder
 from avsec_gym.kitti.check_raw import check_raw
-from avsec_gym.kitti.layouts import (
-    KittiLayout,
-    object_folders,
-    recognise,
-    text_file_folder,
-    tracking_folders,
-)
-from avsec_gym.kitti.report import DataReport, Files, Look, Progress, Sizes, Survey
-from avsec_gym.kitti.tracking import read_tracking_labels
+from avsec_gym.kitti.check_sequences import check_odometry, check_tracking
+from avsec_gym.kitti.check_stereo import check_stereo
+from avsec_gym.kitti.layouts import KittiLayout, object_folders, recognise, text_file_folder
+from avsec_gym.kitti.other_data import other_data
+from avsec_gym.kitti.report import DataReport, Progress, Survey
 from avsec_gym.storage.regular_files import is_folder
 
-_CHECKED = (KittiLayout.OBJECT, KittiLayout.RAW, KittiLayout.TRACKING)
-_SEQUENCE = re.compile(r"[0-9]{4}\.txt")
+_CHECKED = (
+    KittiLayout.OBJECT,
+    KittiLayout.RAW,
+    KittiLayout.TRACKING,
+    KittiLayout.ODOMETRY,
+    KittiLayout.STEREO,
+)
 
 
 def check_data(
@@ -33,8 +33,8 @@ def check_data(
     Args:
         root: Folder to check: of the object layout, the folder that holds ``training/``, or one
             such as ``training``; of the raw layout, the folder of the dates, of a date, or of a
-            drive; of the tracking layout, the folder that holds ``training/label_02``; or a folder
-            of labels or results.
+            drive; of the tracking and stereo layouts, the folder that holds ``training/``; of the
+            odometry layout, the one that holds ``sequences/``; or a folder of labels or results.
         deep: Whether images and scans are read whole; else headers, ends and sizes are.
         on_progress: Function that is called after each file.
 
@@ -53,36 +53,30 @@ def check_data(
             for folder in object_folders(root)
         ]
     elif survey.layout is KittiLayout.TRACKING:
-        _check_tracking(survey)
+        check_tracking(survey, deep=deep)
+    elif survey.layout is KittiLayout.ODOMETRY:
+        check_odometry(survey, deep=deep)
+    elif survey.layout is KittiLayout.STEREO:
+        check_stereo(survey, deep=deep)
     elif text_folder is not None:
         check_text_folder(survey, text_folder)
     elif survey.layout is KittiLayout.UNKNOWN:
-        layouts = {child: recognise(child) for child in sorted(root.iterdir()) if is_folder(child)}
-        survey.notes += [
-            f"Its subfolder {child.name}/ has the {layout} layout: name that."
-            for child, layout in layouts.items()
-            if layout in _CHECKED
-        ]
+        _look_around(survey)
+    apart = archives_apart(root)
+    if apart is not None:
+        survey.notes.append(apart.advice)
     return survey.report()
 
 
-def _check_tracking(survey: Survey) -> None:
-    """Look at labels and calibration of the tracking benchmark."""
-    looks: dict[Path, Look] = {}
-    for labels in tracking_folders(survey.root):
-        looks[labels] = _look_at_tracking
-        calibration = labels.parent / "calib"
-        if labels != survey.root and is_folder(calibration):
-            looks[calibration] = look_at_calibration
-    groups = []
-    for folder, look in looks.items():
-        every = sorted(folder.iterdir())
-        sequences = [path for path in every if _SEQUENCE.fullmatch(path.name)]
-        survey.note_others(folder, [path for path in every if path not in sequences])
-        groups.append(Files(folder, sequences, look))
-    survey.look_at(groups)
-
-
-def _look_at_tracking(path: Path, objects: Counter[str], _: Sizes) -> None:
-    for frame in read_tracking_labels(path, keep_dont_care=True).values():
-        objects.update(frame.boxes.category.tolist())
+def _look_around(survey: Survey) -> None:
+    """Say what an unknown folder is instead, or which of its subfolders are KITTI's."""
+    other = other_data(survey.root)
+    if other is not None:
+        survey.notes.append(other.advice)
+        return
+    for child in sorted(path for path in survey.root.iterdir() if is_folder(path)):
+        layout, other = recognise(child), other_data(child)
+        if layout in _CHECKED:
+            survey.notes.append(f"Its subfolder {child.name}/ has the {layout} layout: name that.")
+        elif other is not None and layout is KittiLayout.UNKNOWN:
+            survey.notes.append(f"In its subfolder {child.name}/: {other.advice}")

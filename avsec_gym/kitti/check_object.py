@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from avsec_gym.errors import DataError
+from avsec_gym.kitti.archives import ARCHIVES
 from avsec_gym.kitti.calibration import read_calibration
 from avsec_gym.kitti.dataset import file_suffix, layout_folders
 from avsec_gym.kitti.label_folders import is_id
@@ -112,7 +113,10 @@ def _compare_folders(survey: Survey, half: Path, ids: dict[Path, list[str]]) -> 
     if half.name == "testing":
         expected.remove("label_2")
     missing = [name for name in expected if name not in there]
-    survey.notes += [f"There is no folder {label}{name}." for name in missing]
+    survey.notes += [
+        f"There is no folder {label}{name}; {ARCHIVES['object'][name]} brings it."
+        for name in missing
+    ]
     for has, lacks in _TOGETHER:
         if lacks in expected:
             survey.compare(label + has, there.get(has, ()), label + lacks, there.get(lacks, ()))

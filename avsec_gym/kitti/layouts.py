@@ -9,12 +9,12 @@ from pathlib import Path
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import layout_folders
 from avsec_gym.kitti.label_folders import frame_ids
+from avsec_gym.kitti.odometry import odometry_folder
 from avsec_gym.kitti.raw import find_raw
+from avsec_gym.kitti.stereo import stereo_layout
+from avsec_gym.kitti.tracking_sequences import LABELS, sequence_names
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.storage.text_files import read_text
-
-TRACKING_LABELS = "label_02"
-"""The folder of the tracking benchmark's labels."""
 
 
 class KittiLayout(StrEnum):
@@ -25,6 +25,7 @@ class KittiLayout(StrEnum):
     LABELS = "labels"
     RAW = "raw"
     TRACKING = "tracking"
+    ODOMETRY = "odometry"
     STEREO = "stereo"
     UNKNOWN = "unknown"
 
@@ -40,26 +41,24 @@ _DESCRIPTIONS = {
     KittiLayout.LABELS: "This is a label folder; name the folder above training/ to check all of "
     "it.",
     KittiLayout.RAW: "This is KITTI's raw layout.",
-    KittiLayout.TRACKING: "This is KITTI's tracking layout, of which labels and calibration are "
-    "read.",
-    KittiLayout.STEREO: "This looks like KITTI stereo or flow, which this check does not read.",
+    KittiLayout.TRACKING: "This is KITTI's tracking layout.",
+    KittiLayout.ODOMETRY: "This is KITTI's odometry layout.",
+    KittiLayout.STEREO: "This is KITTI's stereo layout, of which the first image pairs (_10) and "
+    "their disparities are read; `avsec disparity` scores disparities on them.",
     KittiLayout.UNKNOWN: "This is none of KITTI's layouts; expected is the folder that holds "
     "training/ with label_2/, calib/, image_2/ and so on, one with dates such as 2011_09_26/, "
     "or a folder with result files such as 000107.txt.",
 }
 
-_SIGNS = {
-    KittiLayout.RAW: (
-        "calib_cam_to_cam.txt",
-        "*_extract",
-        "velodyne_points",
-        "image_[0-9][0-9]/data",
-        "oxts/data",
-        "tracklet_labels.xml",
-    ),
-    KittiLayout.TRACKING: ("image_02", "training/image_02"),
-    KittiLayout.STEREO: ("disp_*", "colored_0", "training/disp_*", "training/colored_0"),
-}
+_RAW_SIGNS = (
+    "calib_cam_to_cam.txt",
+    "*_extract",
+    "velodyne_points",
+    "image_[0-9][0-9]/data",
+    "oxts/data",
+    "tracklet_labels.xml",
+)
+"""Of a day or a drive that is not named as KITTI names them."""
 
 
 def recognise(root: Path) -> KittiLayout:
@@ -77,9 +76,12 @@ def recognise(root: Path) -> KittiLayout:
         return KittiLayout.RAW
     if tracking_folders(root):
         return KittiLayout.TRACKING
-    for layout, signs in _SIGNS.items():
-        if any(next(root.glob(sign), None) for sign in signs):
-            return layout
+    if odometry_folder(root) is not None:
+        return KittiLayout.ODOMETRY
+    if any(next(root.glob(sign), None) for sign in _RAW_SIGNS):
+        return KittiLayout.RAW
+    if stereo_folders(root):
+        return KittiLayout.STEREO
     return KittiLayout.OBJECT if object_folders(root) else KittiLayout.UNKNOWN
 
 
@@ -90,11 +92,22 @@ def object_folders(root: Path) -> list[Path]:
 
 
 def tracking_folders(root: Path) -> list[Path]:
-    """The folders with tracking labels: of both halves, of one, or the root itself."""
-    if Path(os.path.abspath(root)).name == TRACKING_LABELS:
+    """The folders with tracking data: both halves, one, or the root itself.
+
+    A folder of labels alone, ``label_02``, stands for itself.
+    """
+    if Path(os.path.abspath(root)).name == LABELS:
         return [root]
-    halves = (root / half / TRACKING_LABELS for half in ("training", "testing", "."))
-    return [folder for folder in halves if is_folder(folder)]
+    return [half for half in _halves(root) if sequence_names(half)]
+
+
+def stereo_folders(root: Path) -> list[Path]:
+    """The folders with stereo pairs: both halves, one, or the root itself."""
+    return [half for half in _halves(root) if stereo_layout(half) is not None]
+
+
+def _halves(root: Path) -> list[Path]:
+    return [root / "training", root / "testing", root]
 
 
 def text_file_folder(root: Path) -> Path | None:

@@ -140,6 +140,17 @@ def read_oxts(paths: str | Path | Iterable[str | Path]) -> Oxts:
     return Oxts.from_rows(np.array(rows, np.float64).reshape(len(rows), len(FIELDS)))
 
 
+def read_oxts_table(path: str | Path) -> Oxts:
+    """Measurements of a sequence from one file, a line for each frame, as KITTI tracking has them.
+
+    Raises:
+        DataError: There is no line, or one of them is broken as `read_oxts` says.
+    """
+    lines = read_text(path).rstrip().split("\n")
+    rows = [_numbers(line, path, number) for number, line in enumerate(lines, start=1)]
+    return Oxts.from_rows(np.array(rows, np.float64))
+
+
 def write_oxts(folder: str | Path, oxts: Oxts, *, first: int = 0, overwrite: bool = False) -> None:
     """Write a file for each measurement, lossless.
 
@@ -167,12 +178,16 @@ def _row(path: str | Path) -> list[float]:
             line=1 if not lines[0] else 2,
             remedy="KITTI raw keeps one measurement in each file of oxts/data/.",
         )
-    words = lines[0].split()
+    return _numbers(lines[0], path, 1)
+
+
+def _numbers(line: str, path: str | Path, number: int) -> list[float]:
+    words = line.split()
     if len(words) != len(FIELDS):
         raise DataError(
             f"A measurement has {len(FIELDS)} numbers, this one {len(words)}.",
             path=path,
-            line=1,
+            line=number,
             remedy="The file may be cut off; fetch it again.",
         )
     values = []
@@ -185,7 +200,7 @@ def _row(path: str | Path) -> list[float]:
             raise DataError(
                 f"{name} is {word[:40]!r}, which is no number or too large to be true.",
                 path=path,
-                line=1,
+                line=number,
                 remedy="Correct the file, or fetch it again.",
             )
         values.append(value)

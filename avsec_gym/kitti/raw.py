@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.frame import Calibration, LazyImages, SensorFrame
+from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.oxts import Oxts, read_oxts
 from avsec_gym.kitti.oxts_poses import poses_from_oxts
-from avsec_gym.kitti.raw_calibration import CALIBRATION_FILES, read_raw_calibration
-from avsec_gym.kitti.sensor_files import ImageFile, ScanFile
+from avsec_gym.kitti.raw_calibration import CALIBRATION_FILES, CAMERAS_FILE, read_raw_calibration
+from avsec_gym.kitti.recording import Recording, frame_numbers, subfolders
 from avsec_gym.kitti.timestamps import Timestamps, read_timestamps
 from avsec_gym.kitti.tracklets import Tracklet, read_tracklets, tracklet_boxes
 from avsec_gym.storage.regular_files import is_file, is_folder
@@ -26,7 +25,7 @@ VELODYNE, OXTS, TRACKLETS = "velodyne_points", "oxts", "tracklet_labels.xml"
 _DATE = re.compile(r"[0-9]{4}_[0-9]{2}_[0-9]{2}")
 _DRIVE = re.compile(r"(?P<date>[0-9]{4}_[0-9]{2}_[0-9]{2})_drive_(?P<number>[0-9]{4,})_sync")
 _IMAGES = re.compile(r"image_([0-9]{2})")
-_FRAME = re.compile(r"[0-9]{10}")
+_DIGITS = 10
 _SUFFIXES = {VELODYNE: ".bin", OXTS: ".txt"}
 _SYNCED = 'Fetch the "synced+rectified data" of the drive from KITTI'
 
@@ -93,7 +92,7 @@ class KittiRaw:
         return Drive(self._drives[found[0]])
 
 
-class Drive:
+class Drive(Recording):
     """One recording; any part may be absent until it is asked for.
 
     Args:
@@ -105,7 +104,7 @@ class Drive:
     """
 
     def __init__(self, folder: str | Path) -> None:
-        self.folder = Path(folder)
+        super().__init__(Path(folder), "drive", _SYNCED)
         if not is_folder(self.folder):
             raise DataError("There is no such drive.", path=folder, remedy="Check the path.")
 
@@ -119,53 +118,18 @@ class Drive:
 
     @cached_property
     def sensors(self) -> dict[str, tuple[int, ...]]:
-        """The numbers of the frames that each sensor has, sorted, by the sensor's folder.
-
-        Sensors without any frame are left out.
-        """
+        """The numbers of the frames of ``image_00`` and so on, of the LiDAR and of oxts."""
         numbers = {name: _numbers(self.folder, name) for name in _sensors(self.folder)}
         return {name: there for name, there in numbers.items() if there}
 
-    def frames(self, having: Sequence[str] = ()) -> list[int]:
-        """Frame numbers, sorted.
+    @property
+    def scanner(self) -> str:
+        """The folder of the LiDAR's scans."""
+        return VELODYNE
 
-        Args:
-            having: Folders of sensors, such as ``("image_02", "velodyne_points")``; frames without
-                a file in one of them are left out; frames of any sensor if empty.
-
-        Raises:
-            DataError: A sensor has none at all.
-        """
-        for name in having:
-            if name not in self.sensors:
-                raise self._absent(f"{name}/data", f"{_SYNCED}, or ask for what is there")
-        every = [set(there) for name, there in self.sensors.items() if not having or name in having]
-        common = set.intersection if having else set.union
-        return sorted(common(*every)) if every else []
-
-    def frame(self, number: int, *, previous: int = 3) -> SensorFrame:
-        """All sensors of a frame: every image and scan that is there, loaded on demand.
-
-        Args:
-            number: The frame's number.
-            previous: Number of earlier frames to look for; those that have an image or a scan
-                become its `previous`, the latest first.
-
-        Raises:
-            DataError: No sensor has the frame, or the calibration is missing or broken.
-        """
-        if not any(number in there for there in self.sensors.values()):
-            numbers = self.frames()
-            span = f"{len(numbers)} from {numbers[0]} to {numbers[-1]}" if numbers else "none"
-            raise DataError(
-                f"There is no frame {number}.",
-                path=self.folder,
-                remedy=f"The drive has {span}.",
-            )
-        before = [self._frame_alone(number - step) for step in range(1, previous + 1)]
-        earlier = tuple(frame for frame in before if frame.images or frame.has_points)
-        now = self._frame_alone(number)
-        return SensorFrame(now.id, now.calibration, now.images, now.scan, earlier, self.folder)
+    def frame_id(self, number: int) -> str:
+        """Ten digits."""
+        return f"{number:0{_DIGITS}d}"
 
     @cached_property
     def calibration(self) -> Calibration:
@@ -223,26 +187,8 @@ class Drive:
         """The file of a frame, whether or not it is there."""
         return raw_file(self.folder, sensor, number)
 
-    def _frame_alone(self, number: int) -> SensorFrame:
-        images = {
-            int(match[1]): ImageFile(self.path(name, number))
-            for name, there in self.sensors.items()
-            if (match := _IMAGES.fullmatch(name)) and number in there
-        }
-        has_scan = number in self.sensors.get(VELODYNE, ())
-        return SensorFrame(
-            f"{number:010d}",
-            self.calibration,
-            LazyImages(images),
-            ScanFile(self.path(VELODYNE, number)) if has_scan else None,
-            origin=self.folder,
-        )
-
     def _has_timestamps(self, sensor: str) -> bool:
         return is_file(self.folder / sensor / "timestamps.txt")
-
-    def _absent(self, what: str, remedy: str) -> DataError:
-        return DataError(f"The drive has no {what}.", path=self.folder, remedy=f"{remedy}.")
 
 
 def raw_file(folder: Path, sensor: str, number: int) -> Path:
@@ -260,42 +206,38 @@ def find_raw(root: Path) -> tuple[dict[str, Path], dict[str, Path]]:
     """Folders of dates and of drives in a root, a date or a drive; empty where it is none."""
     name = Path(os.path.abspath(root)).name
     match = _DRIVE.fullmatch(name)
-    if match and is_folder(root):
+    # An archive that was unzipped into a folder of its name holds the day.
+    if match and is_folder(root) and not subfolders(root, _DATE):
         return {match["date"]: root.absolute().parent}, {name: root}
-    dates = {name: root} if _DATE.fullmatch(name) and is_folder(root) else _folders(root, _DATE)
+    dates = {name: root} if _DATE.fullmatch(name) and is_folder(root) else subfolders(root, _DATE)
     drives: dict[str, Path] = {}
     for date in dates.values():
-        drives |= _folders(date, _DRIVE)
+        drives |= subfolders(date, _DRIVE)
     there = {
         name: date
         for name, date in dates.items()
-        if _folders(date, _DRIVE) or any(is_file(date / file) for file in CALIBRATION_FILES)
+        if subfolders(date, _DRIVE) or any(is_file(date / file) for file in CALIBRATION_FILES)
     }
     return there, drives
 
 
-def _folders(folder: Path, pattern: re.Pattern[str]) -> dict[str, Path]:
-    try:
-        children = sorted(folder.iterdir())
-    except (OSError, ValueError):
-        return {}
-    return {
-        path.name: path for path in children if pattern.fullmatch(path.name) and is_folder(path)
-    }
+def raw_parts(root: Path) -> list[str]:
+    """What a folder of days holds, relative to it: calibration, and the parts of each drive."""
+    parts = []
+    for date in subfolders(root, _DATE).values():
+        parts += [date / CAMERAS_FILE] if is_file(date / CAMERAS_FILE) else []
+        for drive in subfolders(date, _DRIVE).values():
+            parts += [drive / name for name in _sensors(drive)]
+            parts += [drive / TRACKLETS] if is_file(drive / TRACKLETS) else []
+    return [str(part.relative_to(root)) for part in parts]
 
 
 def _sensors(folder: Path) -> list[str]:
-    return [*_folders(folder, _IMAGES), *(name for name in _SUFFIXES if is_folder(folder / name))]
+    return [*subfolders(folder, _IMAGES), *(name for name in _SUFFIXES if is_folder(folder / name))]
 
 
 def _numbers(folder: Path, sensor: str) -> tuple[int, ...]:
-    data = folder / sensor / "data"
-    numbers, expected = [], _SUFFIXES.get(sensor, ".png")
-    for name in os.listdir(data) if is_folder(data) else ():
-        stem, suffix = os.path.splitext(name)
-        if suffix == expected and _FRAME.fullmatch(stem):
-            numbers.append(int(stem))
-    return tuple(sorted(numbers))
+    return frame_numbers(folder / sensor / "data", _DIGITS, _SUFFIXES.get(sensor, ".png"))
 
 
 def _names(drive: str) -> tuple[str, ...]:
