@@ -46,6 +46,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
     "evaluate": "avsec_gym.commands.evaluate:Evaluate",
     "detect": "avsec_gym.commands.detect:Detect",
     "ap": "avsec_gym.commands.average_precision:ScoreDetections",
+    "disparity": "avsec_gym.commands.disparity:ScoreDisparities",
     "attack": CommandGroup(
         "Attacks that are trained.", {"patch": "avsec_gym.commands.attack:AttackPatch"}
     ),

@@ -16,6 +16,7 @@ SCHEMAS: Mapping[str, int] = {
     "detect": 1,
     "ap": 1,
     "ap.report": 1,
+    "disparity": 1,
     "attack.patch": 1,
     "validate.frame": 2,
     "validate.summary": 2,

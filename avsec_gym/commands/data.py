@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DataCheck:
-    """Look through a data folder: KITTI object, raw or tracking layout, or a result folder."""
+    """Look through a data folder in one of KITTI's layouts, or a result folder."""
 
     root: Annotated[Path, tyro.conf.Positional]
     """The folder."""

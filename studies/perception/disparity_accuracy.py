@@ -13,7 +13,7 @@ import statistics
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -22,26 +22,23 @@ import numpy as np
 
 from avsec_gym.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.frame import LazyImages, SensorFrame
+from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.map_files import Disparity, read_disparity
-from avsec_gym.kitti.sensor_files import ImageFile
+from avsec_gym.kitti.map_files import Disparity
+from avsec_gym.kitti.stereo import KittiStereo
+from avsec_gym.metrics.disparity_errors import Errors, disparity_errors, error_rates
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.ground_truth import GroundTruthDepth
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.perception.weights.given import shipped_weights
-from avsec_gym.rig import kitti_rig
+from avsec_gym.storage.regular_files import is_folder
 from studies.answer import answer
-from studies.perception.disparity_errors import Errors, disparity_errors, error_rates
 from studies.perception.weights_facts import weights_facts
 
-_BENCHMARKS = {
-    "stereo2012": ("colored_0", "colored_1", "disp_occ"),
-    "stereo2015": ("image_2", "image_3", "disp_occ_0"),
-}
-"""Left and right images and truth, occluded pixels among it."""
+_BENCHMARKS = ("stereo2012", "stereo2015")
+"""The folders that they are looked for in."""
 
 
 class MatchedPair(NamedTuple):
@@ -167,18 +164,13 @@ def real_pairs(kitti: Path) -> Iterator[MatchedPair]:
 
     They come without calibration here; disparities need none, and that of a usual rig stands in.
     """
-    for name, (left, right, truth) in _BENCHMARKS.items():
-        for base in (kitti, kitti.parent):
-            folder = base / name / "training"
-            for path in sorted((folder / truth).glob("*_10.png")):
-                images = {
-                    camera: ImageFile(folder / side / path.name)
-                    for camera, side in ((2, left), (3, right))
-                }
-                frame = SensorFrame(
-                    f"{name} {path.stem}", kitti_rig().calibration, LazyImages(images)
-                )
-                yield MatchedPair(frame, read_disparity(path))
+    for name in _BENCHMARKS:
+        for root in (kitti / name, kitti.parent / name):
+            if is_folder(root):
+                data = KittiStereo(root)
+                for id in data.ids(having=(data.layout.truth["occ"],)):
+                    frame = replace(data.frame(id), id=f"{name} {id}")
+                    yield MatchedPair(frame, data.disparity(id))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

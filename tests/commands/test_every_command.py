@@ -200,6 +200,7 @@ PLACES: dict[str, dict[str, str]] = {
     },
     "detect": {"--kitti": "--detector oracle --out {out}"},
     "ap": {"--kitti": "--detections {labels}", "--detections": "--kitti {kitti}"},
+    "disparity": {"--kitti": "", "--disparities": "--kitti {kitti}"},
     "attack patch": {"--kitti": "--detector dsgn --out {out}"},
     "validate": {
         "--kitti": "",
