@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 import subprocess
 import sys
@@ -47,6 +48,55 @@ def test_the_wheel_holds_the_package_alone() -> None:
     found = find_packages(str(ROOT), include=wanted)
     assert "avsec_gym.storage" in found
     assert {name.partition(".")[0] for name in found} == {"avsec_gym"}
+
+
+def test_the_wheel_holds_every_file_beside_the_code() -> None:
+    patterns = PROJECT["tool"]["setuptools"]["package-data"]["avsec_gym"]
+    package = ROOT / "avsec_gym"
+    held = {path for pattern in patterns for path in package.glob(pattern)}
+    left_out = [
+        path
+        for path in package.rglob("*")
+        if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
+    ]
+    assert set(left_out) <= held, "name it in pyproject.toml, package-data"
+
+
+def test_an_index_shows_a_readme_whose_links_lead_to_the_release() -> None:
+    spec = importlib.util.spec_from_file_location("setup", ROOT / "setup.py")
+    assert spec is not None
+    assert spec.loader is not None
+    setup = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(setup)
+    text = setup.absolute_links((ROOT / "README.md").read_text(), "v9.9.9")
+    links = re.findall(r"(!?)\[[^\]]*\]\(([^)\s]+)\)", text)
+    own = 0
+    for mark, link in links:
+        assert re.match(r"https://|#", link), link
+        for base in (f"{setup.REPOSITORY}/blob/v9.9.9/", f"{setup.PICTURES}/v9.9.9/"):
+            if link.startswith(base):
+                assert (base.startswith(setup.PICTURES)) == bool(mark)
+                assert (ROOT / link.removeprefix(base).partition("#")[0]).exists(), link
+                own += 1
+    assert own > 20
+    assert (ROOT / "README.md").read_text().count("](") == text.count("](")
+
+
+@pytest.mark.parametrize("name", ["envs", "attacks", "planners"])
+def test_the_links_at_the_root_are_not_imported(name: str) -> None:
+    assert (ROOT / name).resolve() == ROOT / "avsec_gym" / name
+    command = [sys.executable, "-c", f"import {name}"]
+    done = subprocess.run(command, cwd=ROOT, check=False, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert f"import avsec_gym.{name}" in done.stderr
+
+
+def test_the_image_copies_what_is_there() -> None:
+    copied = re.findall(r"^COPY (.+) \S+$", (ROOT / "Dockerfile").read_text(), re.MULTILINE)
+    names = " ".join(copied).split()
+    assert all((ROOT / name).exists() for name in names)
+    # What a wheel is made of, the licence files that its metadata name among it.
+    assert {"pyproject.toml", "setup.py", "README.md", "LICENSE", "avsec_gym"} <= set(names)
 
 
 def test_the_workflow_runs_what_runs_here() -> None:

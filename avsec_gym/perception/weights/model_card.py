@@ -29,6 +29,7 @@ class ModelCard:
         before: Trainings whose weights this one began with, the first one first; see `trainings`.
         versions: The versions of what made them.
         source: The origin of weights that were not made here.
+        license: Their licence, by its SPDX name; None where whoever made them has not said.
         parameters: How many numbers are learned.
         storage: The type of floating-point numbers in the file.
         sha256: The SHA-256 of the file.
@@ -52,6 +53,7 @@ class ModelCard:
     before: list[dict[str, Any]] = field(default_factory=list)
     versions: dict[str, str] = field(default_factory=dict)
     source: str | None = None
+    license: str | None = None
     parameters: int | None = None
     storage: str = "float16"
     sha256: str = ""
