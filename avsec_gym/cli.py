@@ -79,6 +79,13 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
             "list": "avsec_gym.commands.agents:AgentsList",
         },
     ),
+    "hub": CommandGroup(
+        "Agents and weights in the layout of the Hugging Face hub.",
+        {
+            "export": "avsec_gym.commands.hub:HubExport",
+            "import": "avsec_gym.commands.hub:HubImport",
+        },
+    ),
     "error-model": CommandGroup(
         "What a detector gets wrong, for drives without images.",
         {

@@ -32,6 +32,8 @@ SCHEMAS: Mapping[str, int] = {
     "agents.train": 1,
     "agents.evaluate": 1,
     "agents.list": 1,
+    "hub.export": 1,
+    "hub.import": 1,
     "drive": 1,
     "drive.row": 1,
     "error-model.fit": 1,

@@ -114,7 +114,7 @@ def load_agent(place: str | Path) -> TrainedAgent:
     from avsec_gym.perception.weights.state_dict import fit_state
     from avsec_gym.perception.weights.tensor_files import read_tensors
 
-    folder = _folder(place)
+    folder = agent_folder(place)
     configuration, card = read_configuration(folder)[0], read_agent_card(folder)
     path = folder / WEIGHTS
     state, content = read_tensors(path, remedy=_AGAIN)
@@ -189,7 +189,7 @@ def read_configuration(folder: Path) -> tuple[AgentConfiguration, int]:
     return configuration_from(known, algorithm, facts.get("hyperparameters"), path), seed
 
 
-def _folder(place: str | Path) -> Path:
+def agent_folder(place: str | Path) -> Path:
     """The folder of an agent; a folder of the user goes before a shipped one of the same name.
 
     Raises:
