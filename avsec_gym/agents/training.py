@@ -6,11 +6,13 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import configure
 
 from avsec_gym.agents.agent_folder import (
     CONFIG,
@@ -28,6 +30,8 @@ from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.regular_files import is_there
 
+TENSORBOARD = "tensorboard"
+"""The folder of its files in that of an agent."""
 _SECONDS_BETWEEN_CHECKPOINTS = 60.0
 
 
@@ -83,6 +87,7 @@ def train_agent(
         before = read_checkpoint(out, learner) if begun else Progress()
         if not begun:
             write_configuration(out, configuration, seed)
+        _log_to_tensorboard(learner, out)
         watch = _Watch(out, before, sitting, on_progress)
         if before.steps < sitting.steps:
             try:
@@ -141,6 +146,16 @@ class _Watch(BaseCallback):
     def _note(self) -> None:
         seconds = self._before.seconds + time.monotonic() - self._begun
         self.progress = Progress(int(self.num_timesteps), seconds)
+
+
+def _log_to_tensorboard(learner: Any, out: Path) -> None:
+    """What stable-baselines3 reports of a training goes to TensorBoard, if it is installed.
+
+    Rewards, success rates and lengths of episodes, losses, steps a second; each sitting has a file
+    of its own, counted in steps of the whole training.
+    """
+    if find_spec("tensorboard") is not None:
+        learner.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
 
 
 def _check_folder(configuration: AgentConfiguration, out: Path, seed: int, resume: bool) -> bool:

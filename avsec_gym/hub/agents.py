@@ -86,8 +86,10 @@ def import_agent(folder: Path, out: Path) -> AgentCard:
     return card
 
 
-def _readme(name: str, card: AgentCard, license: str) -> Readme:
-    judged = {key: card.held_out[key] for key in ("success_rate", "reward") if key in card.held_out}
+def _readme(title: str, card: AgentCard, license: str) -> Readme:
+    judged: dict[str, float] = {
+        name: value for name, value in card.held_out.items() if name in ("success_rate", "reward")
+    }
     low, high = card.held_out.get("success_interval", (None, None))
     interval = "" if low is None else f" (95 % interval {low:.3f} to {high:.3f})"
     environment = card.env
@@ -99,7 +101,7 @@ def _readme(name: str, card: AgentCard, license: str) -> Readme:
         "```"
     )
     return Readme(
-        name=name,
+        name=title,
         summary=f"An agent of stable-baselines3 ({card.algorithm}) in avsec-gym's `{environment}`.",
         license=license,
         tags=(*_TAGS, environment),

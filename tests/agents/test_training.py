@@ -67,6 +67,19 @@ def test_a_training_goes_on_where_it_stopped(
     assert whole.sha256 != half.sha256
 
 
+def test_tensorboard_sees_a_training_in_all_its_sittings(tmp_path: Path) -> None:
+    name = "tensorboard.backend.event_processing.event_accumulator"
+    event_accumulator = pytest.importorskip(name)
+    train_agent(PPO, tmp_path, 3, Sitting(64))
+    train_agent(PPO, tmp_path, 3, Sitting(128, resume=True))
+    found = event_accumulator.EventAccumulator(str(tmp_path / training.TENSORBOARD))
+    found.Reload()
+    assert {"rollout/ep_rew_mean", "train/loss"} <= set(found.Tags()["scalars"])
+    steps = [event.step for event in found.Scalars("train/loss")]
+    assert steps == sorted(set(steps))
+    assert steps[0] <= 64 < steps[-1] <= 128
+
+
 def test_time_is_up_and_nothing_is_lost(tmp_path: Path) -> None:
     card = train_agent(PPO, tmp_path, 0, Sitting(10_000, minutes=1e-6))
     assert not card.finished

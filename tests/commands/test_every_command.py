@@ -201,6 +201,7 @@ PLACES: dict[str, dict[str, str]] = {
     "detect": {"--kitti": "--detector oracle --out {out}"},
     "ap": {"--kitti": "--detections {labels}", "--detections": "--kitti {kitti}"},
     "disparity": {"--kitti": "", "--disparities": "--kitti {kitti}"},
+    "hub import": {"": "--out {out}"},
     "attack patch": {"--kitti": "--detector dsgn --out {out}"},
     "validate": {
         "--kitti": "",
