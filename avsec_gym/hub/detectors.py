@@ -45,7 +45,7 @@ def export_weights(path: Path, out: Path, license: str | None = None) -> tuple[P
     _, card = read_weights(path)
     if card is None:
         raise DataError(
-            "These weights have no card, so that nobody could know what they are.",
+            "These weights have no card, so that what they are is not known.",
             path=card_path(path),
             remedy="`avsec train` and `avsec weights import` write one.",
         )
