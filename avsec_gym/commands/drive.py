@@ -137,7 +137,7 @@ class Drive:
 
             check_video()
         if self.rrd:
-            from avsec_gym.drawing.rerun_recording import check_rerun
+            from avsec_gym.drawing.rerun_stream import check_rerun
 
             check_rerun()
 
@@ -280,9 +280,9 @@ class Drive:
             content = gif(clip(drives))
         write_bytes(folder.out / f"{CLIP}.{self.video}", content, overwrite=True)
         if self.rrd:
-            from avsec_gym.drawing.rerun_recording import write_recording
+            from avsec_gym.drawing.rerun_drives import write_drives_recording
 
-            write_recording(drives, folder.out / f"{CLIP}.rrd")
+            write_drives_recording(drives, folder.out / f"{CLIP}.rrd")
 
 
 def _speeds(folder: DriveFolder, summary: list[SettingSummary]) -> dict[str, float | None]:

@@ -43,6 +43,7 @@ class JudgedFrames:
         as_json: Whether JSON lines are printed instead of words.
         origin: What the validator was fitted on, in words, which stands in every output.
         draw_all: Whether frames without an alarm have a picture, too.
+        record: Whether each picture has a recording for the Rerun viewer beside it.
     """
 
     frames: Sequence[RecordedFrame]
@@ -54,6 +55,7 @@ class JudgedFrames:
     as_json: bool
     origin: str = ""
     draw_all: bool = False
+    record: bool = False
 
     def judge(self, left_out: dict[str, str]) -> None:
         """Judge each frame, and report its result at once.
@@ -112,6 +114,11 @@ class JudgedFrames:
             kind = "alarms" if validation.alarm else "no_alarms"
             picture = self.folder.out / kind / f"{id.replace('/', '_')}.png"
             save_validation_picture(validation, picture, damage, self.origin)
+            if self.record:
+                from avsec_gym.drawing.rerun_alarm import write_alarm_recording
+
+                path = picture.with_suffix(".rrd")
+                write_alarm_recording(validation, path, damage, self.origin)
         self.folder.add(row)
         self._tell(row)
         return None

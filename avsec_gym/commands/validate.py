@@ -88,6 +88,9 @@ class Validate:
         },
     )
     """Whether damage is looked for in the sensors that are named, with those that are sound."""
+    rrd: bool = False
+    """Beside each picture also write a recording for the Rerun viewer (extra `rerun`): images, scan
+    and damage in space."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 
@@ -128,11 +131,16 @@ class Validate:
             self.json,
             decides,
             bool(self.ids),
+            self.rrd,
         )
         judged.judge(left_out)
         return judged.report(left_out)
 
     def _check(self) -> None:
+        if self.rrd:
+            from avsec_gym.drawing.rerun_stream import check_rerun
+
+            check_rerun()
         for one, other in (
             ("kitti", "kitti_raw"),
             ("thresholds", "likelihood"),

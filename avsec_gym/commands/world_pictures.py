@@ -63,7 +63,8 @@ class WorldShow:
     id: str | None = None
     """Frame, such as 000107, or its number in a drive.  Default: the first with labels."""
     out: Path = Path("out/world_frame.jpg")
-    """Picture file, .png or .jpg."""
+    """Picture file, .png or .jpg; or .rrd, a recording for the Rerun viewer (extra `rerun`), with
+    images, scan and labels in space."""
     camera: int = 2
     """The reference camera."""
 
@@ -76,6 +77,12 @@ class WorldShow:
         data = _open(self.root)
         name = self.id or _names(data, f"image_{self.camera}")[0]
         frame = _frame(data, name)
+        if self.out.suffix == ".rrd":
+            from avsec_gym.drawing.rerun_frame import write_frame_recording
+
+            write_frame_recording(frame, self.out, _labels(data, name))
+            console.say(f"{self.out}: frame {frame.id}, for the Rerun viewer")
+            return console.DONE
         if isinstance(data, KittiObject):
             beside = [data.folder / f"{kind}_{self.camera}" for kind in ("disparity", "surface")]
             files = [folder / f"{name}.png" for folder in beside]
@@ -160,7 +167,7 @@ def _write(path: Path, picture: Image) -> None:
     from avsec_gym.storage.atomic_write import write_bytes
 
     if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
-        raise ConfigurationError(f"--out ends in .png or .jpg, got {path}")
+        raise ConfigurationError(f"--out ends in .png, .jpg or, of one frame, .rrd; got {path}")
     _, content = cv2.imencode(path.suffix, picture[..., ::-1])
     write_bytes(path, content.tobytes(), overwrite=True)
     console.say(f"{path}: {picture.shape[1]} x {picture.shape[0]} pixels")
