@@ -13,6 +13,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, Image, Points
 from avsec_gym.geometry import Floats, box_corners, transform_points
+from avsec_gym.storage.folders import make_folder
 
 _EDGES = [(0, 1, 2, 3, 0, 4, 5, 6, 7, 4), (1, 5), (2, 6), (3, 7)]
 """Of a box, by the corners of `box_corners`: both faces in one stroke, then three uprights."""
@@ -48,7 +49,7 @@ def recording(path: Path, name: str) -> Iterator[Any]:
     check_rerun()
     import rerun as rr
 
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     stream = rr.RecordingStream(name)
     stream.save(str(path))
     yield stream
