@@ -14,10 +14,11 @@ import numpy as np
 import shapely
 
 from avsec_gym.closed_loop.fault import is_behind
+from avsec_gym.closed_loop.integration import driven
 from avsec_gym.emergency_stop import DECELERATION
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.swept_contact import first_swept_contact
-from avsec_gym.planners.vehicle import BMW_320I, simulate
+from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.planning_scenario import Obstacles
 
 _FURTHER = 80.0
@@ -59,8 +60,8 @@ def _straightened(state: Floats, dt: float) -> Floats:
         return np.zeros((0, 5))
     offset = BMW_320I.rear_axle
     rear = state - offset * np.array([math.cos(state[3]), math.sin(state[3]), 0.0, 0.0, 0.0])
-    rate = np.array(-state[4] / (steps * dt))
-    states = simulate(BMW_320I, rear, np.zeros(()), rate, steps, dt, substeps=4)[1:]
+    rate = np.array([-state[4] / (steps * dt)])
+    states = np.asarray(driven(rear[None], np.zeros(1), rate, steps, dt))[0, 1:]
     states[:, 0] += offset * np.cos(states[:, 3])
     states[:, 1] += offset * np.sin(states[:, 3])
     return states

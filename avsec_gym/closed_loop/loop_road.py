@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from highway_env.road.road import Road
+from highway_env.vehicle.kinematics import Vehicle
+from highway_env.vehicle.objects import RoadObject
 
 
 class LoopRoad(Road):  # type: ignore[misc]
@@ -27,4 +31,12 @@ class LoopRoad(Road):  # type: ignore[misc]
             else:
                 others = [self.vehicles[j] for j in checking if j > i]
             for other in (*others, *self.objects):
-                vehicle.handle_collisions(other, dt)
+                if _near(vehicle, other, dt):
+                    vehicle.handle_collisions(other, dt)
+
+
+def _near(vehicle: Vehicle, other: RoadObject, dt: float) -> bool:
+    """Whether two may touch within a time step: what highway-env asks first, ten times slower."""
+    reach = (vehicle.diagonal + other.diagonal) / 2 + vehicle.speed * dt
+    (x, y), (other_x, other_y) = vehicle.position.tolist(), other.position.tolist()
+    return math.hypot(other_x - x, other_y - y) <= reach * (1 + 1e-9)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
+from avsec_gym.closed_loop.integration import driven
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.primitives import MotionPrimitives
-from avsec_gym.planners.vehicle import BMW_320I, is_feasible, simulate
+from avsec_gym.planners.vehicle import BMW_320I, is_feasible
 
 _SPACING = 2.0
 """m/s between the speeds of a grid: 4 m/s2 over a primitive."""
@@ -53,18 +55,22 @@ def _nearest(value: float, grid: list[float], grain: float) -> float:
     return round(round(value / grain) * grain, 6)
 
 
-@lru_cache(maxsize=512)
+@lru_cache(maxsize=128)
 def _made(
     start: tuple[float, float], speeds: tuple[float, ...], angles: tuple[float, ...]
 ) -> MotionPrimitives:
-    if start != (speeds[0], 0.0):
-        # What joins the points of the grid is the same for every start.
-        own = _between([start], speeds, angles)
-        known = {(v, a) for v in speeds for a in angles}
-        rest = _made((speeds[0], 0.0), speeds, angles).states
-        states = rest if start in known else np.concatenate([rest, own])
-    else:
-        states = _between([(v, a) for v in speeds for a in angles], speeds, angles)
+    grid = _grid(speeds, angles)
+    if start[0] in speeds and start[1] in angles:
+        return grid
+    # What joins the points of the grid is the same for every start; the start's own come last.
+    own = _between([start], speeds, angles)
+    states = np.concatenate([grid.states, own])
+    return replace(grid, states=states, steps=np.full(len(states), _STEPS), grid=grid)
+
+
+@lru_cache(maxsize=64)
+def _grid(speeds: tuple[float, ...], angles: tuple[float, ...]) -> MotionPrimitives:
+    states = _between([(v, a) for v in speeds for a in angles], speeds, angles)
     name = f"{BMW_320I.name} 0..{speeds[-1]:g} m/s"
     return MotionPrimitives(states, np.full(len(states), _STEPS), BMW_320I, _DT, name)
 
@@ -87,7 +93,7 @@ def _between(
     steering_rate = (end[:, 1] - begin[:, 1]) / duration
     state = np.zeros((len(pairs), 5))
     state[:, 2], state[:, 4] = begin.T
-    states = simulate(BMW_320I, state, acceleration, steering_rate, _STEPS, _DT, substeps=4)
+    states = np.asarray(driven(state, acceleration, steering_rate, _STEPS, _DT))
     states[:, -1, 2], states[:, -1, 4] = end.T
     feasible = is_feasible(BMW_320I, states, acceleration, steering_rate)
     return np.asarray(states[feasible])

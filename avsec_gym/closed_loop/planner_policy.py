@@ -258,7 +258,10 @@ class PlannerPolicy:
             if not isinstance(planner, MotionPrimitivePlanner):
                 plan = planner.plan(problem)
             else:
-                if planner.primitives is None and not _on_grid(problem, cruise):
+                speed = _speed_on_grid(problem, cruise) if planner.primitives is None else None
+                if speed is not None:
+                    problem = replace(problem, start=replace(problem.start, velocity=speed))
+                elif planner.primitives is None:
                     start = problem.start
                     made = primitives_from(start.velocity, start.steering_angle, cruise)
                     planner = replace(planner, primitives=made)
@@ -301,20 +304,25 @@ def _widened(obstacles: Obstacles) -> Obstacles:
     return replace(obstacles, shapes=shapes)
 
 
-def _on_grid(problem: PlanningScenario, cruise: tuple[float, float]) -> bool:
-    """Whether the thesis' primitives begin at the state that was reached, and serve the goal."""
+def _speed_on_grid(problem: PlanningScenario, cruise: tuple[float, float]) -> float | None:
+    """The speed of the thesis' primitives that begin at the state that was reached.
+
+    None where there are none, or where they do not serve the goal.
+    """
     start = problem.start
     if problem.road_type is None:
-        return False
+        return None
     usual = driving_constraints(problem.road_type)
     velocity = problem.goals[0].velocity
     if cruise != usual.goal_velocity or velocity != cruise:
-        return False
+        return None
     primitives = suitable_primitives(replace(problem, start=EgoState(velocity=cruise[0])))
     speed = primitives.nearest_speed(start.velocity)
-    return abs(speed - start.velocity) < 0.02 and bool(
-        len(primitives.starting_at(speed, start.steering_angle))
-    )
+    if abs(speed - start.velocity) < 0.02 and len(
+        primitives.starting_at(speed, start.steering_angle)
+    ):
+        return speed
+    return None
 
 
 def _rounded(start: EgoState, primitives: Any) -> EgoState:

@@ -58,6 +58,9 @@ class MotionPrimitives:
         vehicle: Whose.
         dt: Length of a time step, seconds.
         name: Name for messages and reports.
+        grid: A set whose primitives stand first in this one.  The others lead from off its grid
+            onto it: each ends as some of its primitives do, and follows none.  What the search
+            needs is then laid out for the grid once, and not for every start.
     """
 
     states: Floats
@@ -65,6 +68,7 @@ class MotionPrimitives:
     vehicle: Vehicle = BMW_320I
     dt: float = 0.1
     name: str = "primitives"
+    grid: MotionPrimitives | None = None
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.states).all():
@@ -82,6 +86,9 @@ class MotionPrimitives:
     @cached_property
     def follows(self) -> NDArray[np.bool_]:
         """Whether primitive j may follow primitive i, shape (P, P)."""
+        if self.grid is not None:
+            onto = np.vstack([self.grid.follows, self.grid.follows[self._twins]])
+            return np.pad(onto, ((0, 0), (0, len(self._twins))))
         # Few pairs of speed and angle are shared by many primitives.
         ends, end_of = _distinct(self.ends[:, [2, 4]])
         starts, start_of = _distinct(self.states[:, 0][:, [2, 4]])
@@ -101,6 +108,8 @@ class MotionPrimitives:
     @cached_property
     def arrays(self) -> PrimitiveArrays:
         """The same, laid out for the search kernel."""
+        if self.grid is not None:
+            return self._onto_grid(self.grid.arrays)
         counts = self.follows.sum(axis=1)
         # Rows as strings of bits: numpy compares columns one by one, which takes a hundred times.
         rows = np.packbits(self.follows, axis=1)
@@ -109,16 +118,45 @@ class MotionPrimitives:
         cos, sin = np.cos(self.states[..., 3]), np.sin(self.states[..., 3])
         return PrimitiveArrays(
             states=np.concatenate([self.states, cos[..., None], sin[..., None]], axis=-1),
-            sweep=self._sweep(cos, sin),
+            sweep=self._sweep(self.states, cos, sin),
             steps=np.ascontiguousarray(self.steps),
             successors=np.nonzero(self.follows)[1].astype(np.int64),
             first_successor=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             end_class=end_class.reshape(-1).astype(np.int64),
         )
 
-    def _sweep(self, cos: Floats, sin: Floats) -> Floats:
+    @cached_property
+    def _twins(self) -> NDArray[np.int64]:
+        """For each primitive that leads onto the grid, one of the grid that ends alike."""
+        assert self.grid is not None
+        known = len(self.grid)
+        alike = {tuple(end): i for i, end in enumerate(self.ends[:known, [2, 4]].tolist())}
+        ends = [tuple(end) for end in self.ends[known:, [2, 4]].tolist()]
+        if not alike.keys() >= set(ends):
+            raise ConfigurationError(f"{self.name}: a primitive does not lead onto the grid")
+        return np.array([alike[end] for end in ends], np.int64)
+
+    def _onto_grid(self, grid: PrimitiveArrays) -> PrimitiveArrays:
+        """The grid's arrays, with those that lead onto it at the end."""
+        twins, own = self._twins, self.states[len(self.grid or ()) :]
+        cos, sin = np.cos(own[..., 3]), np.sin(own[..., 3])
+        after = [
+            grid.successors[grid.first_successor[i] : grid.first_successor[i + 1]] for i in twins
+        ]
+        ends = len(grid.successors) + np.cumsum([len(each) for each in after], dtype=np.int64)
+        states = np.concatenate([own, cos[..., None], sin[..., None]], axis=-1)
+        return PrimitiveArrays(
+            states=np.concatenate([grid.states, states]),
+            sweep=np.concatenate([grid.sweep, self._sweep(own, cos, sin)]),
+            steps=np.ascontiguousarray(self.steps),
+            successors=np.concatenate([grid.successors, *after]),
+            first_successor=np.concatenate([grid.first_successor, ends]),
+            end_class=np.concatenate([grid.end_class, grid.end_class[twins]]),
+        )
+
+    def _sweep(self, states: Floats, cos: Floats, sin: Floats) -> Floats:
         offset = self.vehicle.rear_axle
-        x, y = self.states[..., 0] + offset * cos, self.states[..., 1] + offset * sin
+        x, y = states[..., 0] + offset * cos, states[..., 1] + offset * sin
         middle_x = 0.5 * (x.min(axis=1) + x.max(axis=1))
         middle_y = 0.5 * (y.min(axis=1) + y.max(axis=1))
         radius = np.hypot(x - middle_x[:, None], y - middle_y[:, None]).max(axis=1)

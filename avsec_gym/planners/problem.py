@@ -53,7 +53,7 @@ class Problem(NamedTuple):
     """commonroad-search's search instead of the complete one."""
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=256)
 def problem_of(
     primitives: MotionPrimitives,
     start: EgoState,

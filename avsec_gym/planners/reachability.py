@@ -35,6 +35,8 @@ def reach_table(primitives: MotionPrimitives, horizon: int) -> Floats:
         highest heading change (rad), shape (classes, horizon + 1, 6); boxes that nothing reaches
         have x_min > x_max.  Without rows where the set is too large for it to pay.
     """
+    if primitives.grid is not None:  # What leads onto a grid follows nothing: no class has it.
+        return reach_table(primitives.grid, horizon)
     arrays = primitives.arrays
     classes = int(arrays.end_class.max()) + 1
     shortest = max(1, int(np.median(arrays.steps)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.geometry import Floats, bird_eye_iou
+from avsec_gym.geometry import Floats
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import (
     build_planning_scenario,
@@ -177,11 +177,14 @@ def matched_speeds(detected: Boxes3D, boxes: Boxes3D, speeds: Floats) -> Floats:
     """
     if not len(boxes) or not len(detected) or not speeds.any():
         return np.zeros(len(detected))
-    overlap = bird_eye_iou(
-        detected.poses,
-        np.stack([detected.length, detected.width], axis=1),
-        boxes.poses,
-        np.stack([boxes.length, boxes.width], axis=1),
+    # numba takes long to import, and most that is done with a scene needs none of it.
+    from avsec_gym.box_overlap import rectangle_iou
+
+    overlap = rectangle_iou(
+        *(
+            np.column_stack([each.poses[:, :2], each.length, each.width, each.poses[:, 2]])
+            for each in (detected, boxes)
+        )
     )
     best = overlap.argmax(axis=1)
     moves = overlap.max(axis=1) > 0
