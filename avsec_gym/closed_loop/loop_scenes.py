@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from avsec_gym.closed_loop.recorded.sources import EVERY, KITTI_RAW, KITTI_TRACKING
 from avsec_gym.closed_loop.traffic_scene import (
     TrafficScene,
     scene_of_commonroad,
@@ -24,6 +25,8 @@ from avsec_gym.suggestions import unknown_name
 
 DRIVES = "drives"
 """Names procedural drives on the world's own road."""
+NAMED = (LAYOUTS, DRIVES, KITTI_TRACKING, KITTI_RAW)
+"""All names of scenes to drive in."""
 _DRIVES_COUNT = 100
 
 
@@ -88,23 +91,42 @@ def loop_scenes(
     seed: int = 0,
     count: int | None = None,
     people: bool = True,
+    root: str | Path | None = None,
+    every: float = EVERY,
 ) -> LoopScenes:
     """The scenes that a name or a folder stands for.
 
     Args:
         source: ``layouts``: procedural scenes on the thesis' straight lanes, movers at constant
-            velocity; ``drives``: procedural drives on the world's own road; a folder of labelled
-            scenarios, of KITTI labels or of the KITTI object data, as ``layouts``; or a
-            folder of CommonRoad files, on their own roads.
+            velocity; ``drives``: procedural drives on the world's own road; ``kitti_tracking``
+            or ``kitti_raw``: windows of the recordings under `root`, on a corridor along the
+            recorded car's path; a folder of labelled scenarios, of KITTI labels or of the KITTI
+            object data, as ``layouts``; or a folder of CommonRoad files, on their own roads.
         kitti: Root of the KITTI object data, for a list of ids.
         seed: Seed of speeds, layouts and drives.
         count: Number of scenes; None: all (200 layouts, 100 drives).
         people: Whether pedestrians and cyclists are there.
+        root: Root of the KITTI tracking benchmark or of KITTI raw, for recordings.
+        every: Seconds from the start of one window of a recording to the next.
 
     Raises:
-        ConfigurationError: The name is mistyped.
+        ConfigurationError: The name is mistyped, recordings have no root, or a root or `every`
+            is given for others.
         DataError: A folder or file is missing or broken.
     """
+    if source in (KITTI_TRACKING, KITTI_RAW):
+        from avsec_gym.closed_loop.recorded.recorded_scenes import recorded_scenes
+
+        if root is None:
+            raise ConfigurationError(
+                f'{source} needs the folder of its data: {{"source": "{source}", "root": FOLDER}}'
+            )
+        found = recorded_scenes(str(source), root, every=every, count=count, people=people)
+        return LoopScenes(tuple(found), lambda id: found[id]())
+    if root is not None or every != EVERY:
+        raise ConfigurationError(
+            f"root and every are for {KITTI_TRACKING} and {KITTI_RAW}, not for {source}"
+        )
     if str(source) == DRIVES:
         from avsec_gym.closed_loop.procedural_drives import procedural_drive
 

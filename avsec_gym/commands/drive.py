@@ -36,7 +36,8 @@ class Drive:
     scenarios: str | None = None
     """Which scenes: `layouts` (procedural, straight lanes), `drives` (procedural, the world's own
     road, with sensors), a folder of labelled scenarios, of KITTI labels or of CommonRoad files; or
-    JSON with arguments.  Default: layouts; drives where a setting has sensors."""
+    JSON with arguments, such as '{"source": "kitti_tracking", "root": FOLDER}'.  Default: layouts;
+    drives where a setting has sensors."""
     ids: tuple[str, ...] = ()
     """Only these scenes, by their ids."""
     limit: int | None = None

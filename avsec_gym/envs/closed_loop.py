@@ -99,7 +99,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     * `scenarios="layouts"`: procedural scenes on the thesis' straight lanes, their movers at
       constant velocity; `"drives"`: procedural drives on the world's own road; a folder of
       labelled scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
-      `{"source": "drives", "seed": 1, "count": 20, "people": False}`.
+      `{"source": "drives", "seed": 1, "count": 20, "people": False}`, or
+      `{"source": "kitti_tracking", "root": FOLDER}` (or `"kitti_raw"`): KITTI's recordings.
     * `perception="truth"`: or `"blind"`, or `"sensors"`: the detector reads what the sensors
       deliver; or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector,
       without images; or a live `DrivePerception`.

@@ -11,7 +11,13 @@ from avsec_gym.closed_loop.error_model.model import ErrorModel
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.light.beliefs import LightBlindness, LightPerception, LightTruth
 from avsec_gym.closed_loop.light.light_errors import LightErrors
-from avsec_gym.closed_loop.loop_scenes import DRIVES, LoopScenes, loop_scenes, scenes_to_drive_in
+from avsec_gym.closed_loop.loop_scenes import (
+    DRIVES,
+    NAMED,
+    LoopScenes,
+    loop_scenes,
+    scenes_to_drive_in,
+)
 from avsec_gym.closed_loop.perception import (
     BlindPerception,
     DrivePerception,
@@ -58,11 +64,11 @@ def checked_scenarios(what: Any) -> Any:
         what = {name: value for name, value in what.items() if name != "people"}
     arguments = scene_arguments(what, loop_scenes)
     source = str(arguments.get("source", LAYOUTS))
-    if source not in (LAYOUTS, DRIVES) and not is_folder(Path(source)) and "kitti" not in arguments:
+    if source not in NAMED and not is_folder(Path(source)) and "kitti" not in arguments:
         raise unknown_source(
             source,
-            [LAYOUTS, DRIVES],
-            f"Name a folder of labels or of CommonRoad files, {LAYOUTS!r} or {DRIVES!r}.",
+            NAMED,
+            f"Name a folder of labels or of CommonRoad files, or {', '.join(map(repr, NAMED))}.",
         )
     arguments["people"] = people
     # What procedural scenes are made of is known; folders are read at once, as they may be broken.

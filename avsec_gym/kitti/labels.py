@@ -107,6 +107,11 @@ def write_labels(path: str | Path, boxes: Boxes3D, *, overwrite: bool = False) -
     _write(path, boxes, _LABEL_COLUMNS, overwrite)
 
 
+def label_lines(boxes: Boxes3D) -> list[str]:
+    """The lines of a label file, without line ends; see `write_labels`."""
+    return list(_lines(boxes, _LABEL_COLUMNS))
+
+
 def write_detections(path: str | Path, boxes: Boxes3D, *, overwrite: bool = False) -> None:
     """Write a result file, lossless in every digit; see `write_labels` for errors."""
     _write(path, boxes, _RESULT_COLUMNS, overwrite)

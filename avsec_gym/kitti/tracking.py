@@ -7,7 +7,8 @@ truncation is a level: 0 none, 1 partly, 2 largely.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.labels import DONT_CARE, parse_labels
-from avsec_gym.storage.text_files import read_text
+from avsec_gym.kitti.labels import DONT_CARE, label_lines, parse_labels
+from avsec_gym.storage.text_files import read_text, write_text
 
 _COLUMNS = 17
 _INTEGER = re.compile(r"-1|[0-9]{1,9}")
@@ -75,6 +76,27 @@ def read_tracking_labels(
         here = wanted & (every == frame)
         result[frame] = TrackedBoxes(boxes[here], identities[here])
     return result
+
+
+def write_tracking_labels(
+    path: str | Path, frames: Mapping[int, TrackedBoxes], *, overwrite: bool = False
+) -> None:
+    """Write the ground truth of a sequence.
+
+    Args:
+        path: Label file, such as ``training/label_02/0000.txt``.
+        frames: The objects by frame; a share of truncation has no level and is not written.
+        overwrite: Whether a file that is there is replaced.
+
+    Raises:
+        DataError: The file exists and `overwrite` is false, or cannot be written.
+    """
+    lines = []
+    for frame, tracked in sorted(frames.items()):
+        boxes = replace(tracked.boxes, truncation=None)
+        for track, line in zip(tracked.tracks.tolist(), label_lines(boxes), strict=True):
+            lines.append(f"{frame} {track} {line}\n")
+    write_text(path, "".join(lines), overwrite=overwrite)
 
 
 def _frame_and_track(words: list[str], path: str | Path, number: int) -> tuple[int, int]:

@@ -7,7 +7,7 @@ from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.argument_checks import flag, shown, whole_number
+from avsec_gym.argument_checks import flag, number, shown, whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
@@ -20,8 +20,8 @@ def scene_arguments(what: Any, function: Callable[..., Any]) -> dict[str, Any]:
 
     Args:
         what: The function's first argument, or a dictionary of all that are named.
-        function: Takes names, paths, or lists of them; and a ``count``, a ``seed`` and a
-            flag ``contested``.
+        function: Takes names, paths, or lists of them; and a ``count``, a ``seed``, a
+            flag ``contested``, and seconds ``every``.
 
     Raises:
         ConfigurationError: These are no such arguments.
@@ -53,6 +53,8 @@ def _checked(parameter: Parameter, value: Any) -> Any:
         return whole_number(name, value, 1, MOST_SCENES)
     if name == "seed":
         return whole_number(name, value, 0)
+    if name == "every":
+        return number(name, value, 0.1, 60.0)
     if name == "contested":
         return flag(name, value)
     if isinstance(value, str | Path):

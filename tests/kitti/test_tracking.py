@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.tracking import read_tracking_labels
+from avsec_gym.kitti.tracking import read_tracking_labels, write_tracking_labels
 
 CAR = "Car 0 1 -1.85 733.06 182.54 934.34 317.95 1.45 1.49 3.79 2.73 1.60 9.79 -1.58"
 REGION = "DontCare -1 -1 -10 579.4 175.8 595.0 188.1 -1000 -1000 -1000 -10 -1 -1 -1"
@@ -64,3 +64,15 @@ def test_real_labels(shared: Path) -> None:
     places = np.concatenate(van)
     assert len(places) > 100
     assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() < 2  # It does not jump.
+
+
+def test_labels_are_written_as_they_are_read(tmp_path: Path) -> None:
+    path, again = tmp_path / "0000.txt", tmp_path / "0001.txt"
+    path.write_text(TEXT)
+    frames = read_tracking_labels(path)
+    write_tracking_labels(again, frames)
+    back = read_tracking_labels(again)
+    assert list(back) == [1, 2], "a frame without objects has no line"
+    assert back[2].tracks.tolist() == frames[2].tracks.tolist()
+    np.testing.assert_array_equal(back[2].boxes.poses, frames[2].boxes.poses)
+    np.testing.assert_array_equal(back[2].boxes.dimensions, frames[2].boxes.dimensions)

@@ -1,0 +1,1 @@
+"""Recorded traffic of KITTI: tracked objects, the car's own motion, and scenes of both."""
