@@ -36,8 +36,9 @@ class Validate:
     """
 
     kitti_raw: Path | None = None
-    """A drive in KITTI's raw layout, a day of drives, or a folder of days; parts may be missing.
-    Default: drives of the procedural world, made on first use."""
+    """A drive in KITTI's raw layout, a day of drives, or a folder of days; or the tracking or the
+    odometry benchmark.  Parts may be missing.  Default: drives of the procedural world, made on
+    first use."""
     kitti: Path | None = None
     """Instead: a folder in KITTI's object layout, with image_2, image_3 and velodyne."""
     sensors: tuple[str, ...] = ()

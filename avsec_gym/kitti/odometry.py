@@ -79,8 +79,8 @@ class OdometrySequence(Recording):
     """
 
     def __init__(self, folder: str | Path, name: str) -> None:
-        super().__init__(Path(folder) / SEQUENCES / name, f"sequence {name}", _DOWNLOAD)
-        self.name = name
+        own = Path(folder) / SEQUENCES / name
+        super().__init__(own, name, f"sequence {name}", _DOWNLOAD)
 
     def __repr__(self) -> str:
         return f"OdometrySequence({str(self.folder.parent.parent)!r}, {self.name!r})"
@@ -102,6 +102,10 @@ class OdometrySequence(Recording):
     def path(self, sensor: str, number: int) -> Path:
         """The file of a frame, whether or not it is there."""
         return self.folder / sensor / f"{self.frame_id(number)}{_suffix(sensor)}"
+
+    def image_folder(self, camera: int) -> str:
+        """The folder of a camera's images."""
+        return f"image_{camera}"
 
     def frame_id(self, number: int) -> str:
         """Six digits."""

@@ -104,17 +104,13 @@ class Drive(Recording):
     """
 
     def __init__(self, folder: str | Path) -> None:
-        super().__init__(Path(folder), "drive", _SYNCED)
+        name = Path(os.path.abspath(folder)).name
+        super().__init__(Path(folder), name, "drive", _SYNCED)
         if not is_folder(self.folder):
             raise DataError("There is no such drive.", path=folder, remedy="Check the path.")
 
     def __repr__(self) -> str:
         return f"Drive({str(self.folder)!r})"
-
-    @property
-    def name(self) -> str:
-        """Such as ``2011_09_26_drive_0052_sync``."""
-        return Path(os.path.abspath(self.folder)).name
 
     @cached_property
     def sensors(self) -> dict[str, tuple[int, ...]]:

@@ -21,12 +21,13 @@ class Recording(ABC):
 
     Args:
         folder: The folder that messages name.
+        name: The name of the drive or the sequence.
         what: What it is called there, such as ``drive``.
         download: What brings missing parts, a sentence without its full stop.
     """
 
-    def __init__(self, folder: Path, what: str, download: str) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, name: str, what: str, download: str) -> None:
+        self.folder, self.name = folder, name
         self._what, self._download = what, download
 
     @property
@@ -58,6 +59,10 @@ class Recording(ABC):
     @abstractmethod
     def frame_id(self, number: int) -> str:
         """The name of a frame's files, without their suffix."""
+
+    def image_folder(self, camera: int) -> str:
+        """The folder of a camera's images."""
+        return f"image_{camera:02d}"
 
     def frames(self, having: Sequence[str] = ()) -> list[int]:
         """Frame numbers, sorted.

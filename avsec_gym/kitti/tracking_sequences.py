@@ -83,8 +83,7 @@ class TrackingSequence(Recording):
     """
 
     def __init__(self, folder: str | Path, name: str) -> None:
-        super().__init__(Path(folder), f"sequence {name}", _DOWNLOAD)
-        self.name = name
+        super().__init__(Path(folder), name, f"sequence {name}", _DOWNLOAD)
 
     def __repr__(self) -> str:
         return f"TrackingSequence({str(self.folder)!r}, {self.name!r})"

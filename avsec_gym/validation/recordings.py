@@ -12,7 +12,8 @@ from pathlib import Path
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.raw import VELODYNE, Drive, KittiRaw
+from avsec_gym.kitti.drives import recorded_drives
+from avsec_gym.kitti.recording import Recording
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, Sensor, SensorSystem
 
 _SAME_PLACE = 0.1
@@ -101,20 +102,21 @@ class Recordings:
 
 
 def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) -> Recordings:
-    """Of a drive, a day of drives, or a folder of days, in KITTI's raw layout.
+    """Of a drive, a day of drives or a folder of days in KITTI's raw layout; or of sequences.
 
     Args:
-        root: See `KittiRaw`.
+        root: See `recorded_drives`: the tracking and the odometry benchmarks are read, too.
         sensors: S_0 to S_n; None: those that leave the most to judge, frames times sensors, see
             `system_of`: one that few frames have is left out, one that a few lack is not.
 
     Raises:
         DataError: There are fewer than three sensors, or no frame has all of them.
     """
-    data = KittiRaw(root)
-    drives = [data.drive(name) for name in data.drives()]
-    if not drives:
-        raise DataError("There is no drive.", path=data.root, remedy="Fetch one from KITTI.")
+    every = recorded_drives(root)
+    if not every:
+        raise DataError("There is no drive.", path=root, remedy="Fetch one from KITTI.")
+    # Sequences of which labels alone are there deliver nothing.
+    drives = [drive for drive in every if drive.sensors] or every
     frames = [(drive, *frame) for drive in drives for frame in _frames(drive)]
     remark = ""
     if sensors is None:
@@ -124,8 +126,9 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
         system = SensorSystem(tuple(sensors))
     whole, lacking = [], {}
     for drive, number, had in frames:
-        id = f"{drive.name}/{number:010d}" if len(drives) > 1 else f"{number:010d}"
-        missing = [_folder(sensor) for sensor in system.sensors if sensor not in had]
+        id = drive.frame_id(number)
+        id = f"{drive.name}/{id}" if len(drives) > 1 else id
+        missing = [_folder(drive, sensor) for sensor in system.sensors if sensor not in had]
         if missing:
             lacking[id] = ", ".join(missing)
         else:
@@ -264,25 +267,25 @@ def _checked(found: Recordings) -> Recordings:
     return found
 
 
-def _frames(drive: Drive) -> Iterator[tuple[int, frozenset[Sensor]]]:
+def _frames(drive: Recording) -> Iterator[tuple[int, frozenset[Sensor]]]:
     """The numbers of a drive's frames, and which sensors have them."""
     there = {
         sensor: set(numbers)
         for name, numbers in drive.sensors.items()
-        if (sensor := _sensor(name)) is not None
+        if (sensor := _sensor(drive, name)) is not None
     }
     for number in drive.frames():
         yield number, frozenset(sensor for sensor, numbers in there.items() if number in numbers)
 
 
-def _sensor(folder: str) -> Sensor | None:
-    if folder == VELODYNE:
+def _sensor(drive: Recording, folder: str) -> Sensor | None:
+    if folder == drive.scanner:
         return LIDAR
-    return int(folder[-2:]) if folder.startswith("image_") else None
+    return int(folder.rpartition("_")[2]) if folder.startswith("image_") else None
 
 
-def _folder(sensor: Sensor) -> str:
-    return VELODYNE if sensor == LIDAR else f"image_{sensor:02d}"
+def _folder(drive: Recording, sensor: Sensor) -> str:
+    return drive.scanner if sensor == LIDAR else drive.image_folder(int(sensor))
 
 
 def _named(sensors: Iterable[Sensor]) -> str:
