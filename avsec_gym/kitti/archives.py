@@ -10,10 +10,12 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
+from avsec_gym.errors import DataError
 from avsec_gym.kitti.raw import raw_parts
 from avsec_gym.kitti.recording import subfolders
 from avsec_gym.storage.regular_files import is_file, is_folder, is_there
@@ -107,9 +109,14 @@ def archives_apart(root: Path) -> Apart | None:
 
 def _apart_in(where: Path) -> Apart | None:
     kinds: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {}
-    for child in sorted(path for path in where.iterdir() if is_folder(path)):
-        for kind, inside, parts in _parts(child):
-            kinds.setdefault(kind, {})[child.name] = (inside, parts)
+    try:
+        children = sorted(where.iterdir())
+    except OSError:  # A folder above the user's need not be readable.
+        return None
+    for child in children:
+        with suppress(DataError, OSError):  # Nor what lies beside it.
+            for kind, inside, parts in _parts(child) if is_folder(child) else ():
+                kinds.setdefault(kind, {})[child.name] = (inside, parts)
     for folders in kinds.values():
         every = [set(parts) for _, parts in folders.values()]
         if len(every) > 1 and not any(

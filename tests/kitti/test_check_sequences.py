@@ -2,6 +2,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
+from avsec_gym.errors import DataError
+from avsec_gym.kitti import archives
 from avsec_gym.kitti.check import check_data
 from avsec_gym.kitti.layouts import KittiLayout
 
@@ -104,3 +108,18 @@ def test_days_of_raw_unzipped_apart(tmp_path: Path) -> None:
     notes = "\n".join(check_data(tmp_path).notes)
     assert f"{day}_calib/ has {day}/calib_cam_to_cam.txt" in notes
     assert f"{day}_drive_0005_sync/ has {day}/{day}_drive_0005_sync/velodyne_points" in notes
+
+
+def test_what_may_not_be_looked_at_beside_it_is_passed_over(
+    object_root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (object_root.parent / "secret").mkdir()
+
+    def is_folder(path: Path) -> bool:
+        if "secret" in path.parts:
+            raise DataError("The file cannot be read (Permission denied).", path=path)
+        return path.is_dir()
+
+    monkeypatch.setattr(archives, "is_folder", is_folder)
+    assert archives.archives_apart(object_root) is None
+    assert check_data(object_root).ok
