@@ -118,6 +118,43 @@ def _oxts(folder: Path) -> Any:
     return oxts, poses_from_oxts(oxts)
 
 
+def _oxts_table(folder: Path) -> Any:
+    from avsec_gym.kitti.oxts import read_oxts_table
+    from avsec_gym.kitti.oxts_poses import poses_from_oxts
+
+    oxts = read_oxts_table(folder / "0000.txt")
+    return oxts, poses_from_oxts(oxts)
+
+
+def _odometry_calibration(folder: Path) -> Any:
+    from avsec_gym.kitti.calibration import read_odometry_calibration
+
+    return read_odometry_calibration(folder / "calib.txt")
+
+
+def _odometry_poses(folder: Path) -> Any:
+    from avsec_gym.kitti.number_tables import read_numbers
+
+    return read_numbers(folder / "00.txt", 12)
+
+
+def _hub_weights(folder: Path) -> Any:
+    """Imported beside it; an import that is refused leaves nothing."""
+    from avsec_gym.errors import DataError
+    from avsec_gym.hub.detectors import import_weights
+    from avsec_gym.perception.weights.store import read_weights
+
+    out = folder / "imported.safetensors"
+    for left in folder.glob("imported*"):
+        left.unlink()
+    try:
+        import_weights(folder, out)
+    except DataError:
+        assert not out.exists(), "a refused import left its weights"
+        raise
+    return read_weights(out)[0]
+
+
 def _tracklets(folder: Path) -> Any:
     from avsec_gym.kitti.tracklets import read_tracklets
 
@@ -299,6 +336,16 @@ KINDS = {
         Kind("timestamps", "timestamps.txt", _at(sound_files.timestamps, "timestamps.txt"),
              _timestamps, _LINES),
         Kind("oxts", "0000000001.txt", sound_files.oxts, _oxts, _LINES, impossible.finite),
+        Kind("oxts table", "0000.txt", sound_files.oxts_table, _oxts_table, _LINES,
+             impossible.finite),
+        Kind("odometry calibration", "calib.txt",
+             _text(sound_files.ODOMETRY_CALIBRATION, "calib.txt"), _odometry_calibration, _LINES,
+             impossible.calibration),
+        Kind("odometry poses", "00.txt", _text(3 * "1 0 0 0 0 1 0 0 0 0 1 0.5\n", "00.txt"),
+             _odometry_poses, _LINES, impossible.finite),
+        Kind("hub weights", "model.safetensors", sound_files.hub_weights, _hub_weights,
+             BYTES | SAFETENSORS, impossible.finite),
+        Kind("hub card", "config.json", sound_files.hub_weights, _hub_weights, _LINES | JSON),
         Kind("tracklets", "tracklet_labels.xml", _at(sound_files.tracklets, "tracklet_labels.xml"),
              _tracklets, _LINES | XML, impossible.finite),
         Kind("image", "000000.png", _at(sound_files.image, "000000.png"), _image, BYTES | PNG),

@@ -57,6 +57,13 @@ def disparity(path: Path) -> None:
     write_disparity(path, values)
 
 
+ODOMETRY_CALIBRATION = "".join(
+    line.replace("Tr_velo_to_cam", "Tr") + "\n"
+    for line in CALIBRATION.splitlines()
+    if not line.startswith(("R0_rect", "Tr_imu"))
+)
+
+
 def raw_calibration(folder: Path) -> None:
     """Three files of a day."""
     from avsec_gym.kitti.calibration import read_calibration
@@ -76,6 +83,23 @@ def oxts(folder: Path) -> None:
     poses = np.tile(np.eye(4), (3, 1, 1))
     poses[:, 0, 3] = [0.0, 1.0, 2.0]
     write_oxts(folder, oxts_from_poses(poses))
+
+
+def oxts_table(folder: Path) -> None:
+    """The same in one file, as the tracking benchmark has them."""
+    oxts(folder)
+    lines = [path.read_text() for path in sorted(folder.glob("*.txt"))]
+    for path in folder.glob("*.txt"):
+        path.unlink()
+    (folder / "0000.txt").write_text("".join(lines))
+
+
+def hub_weights(folder: Path) -> None:
+    """Small weights as they lie on the hub."""
+    from avsec_gym.hub.detectors import export_weights
+
+    weights(folder / "tiny.safetensors")
+    export_weights(folder / "tiny.safetensors", folder, "mit")
 
 
 def timestamps(path: Path) -> None:
