@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.closed_loop.drive_film import DriveFilm, read_film
+from avsec_gym.drives.drive_row import DriveRow, DriveSeconds, drive_id
 from avsec_gym.drives.one_drive import Driven
 from avsec_gym.errors import DataError
 from avsec_gym.storage.atomic_write import write_bytes
@@ -32,7 +33,7 @@ class DriveFolder:
 
     Args:
         out: New, empty, or with results of the same record.
-        record: JSON-able: everything that decides the results.
+        record: JSON-able: everything that decides the results, ``settings`` by their names.
 
     Raises:
         DataError: The folder holds other results, or damaged ones.
@@ -46,8 +47,9 @@ class DriveFolder:
             )
         make_folder(out)
         write_text(out / RECORD, _text(record), overwrite=True)
-        self._rows = JsonLines(out / ROWS)
-        self._seconds = JsonLines(out / SECONDS)
+        self._rows = JsonLines(out / ROWS, DriveRow)
+        self._seconds = JsonLines(out / SECONDS, DriveSeconds)
+        self._check_settings(record)
 
     @property
     def rows(self) -> dict[str, dict[str, Any]]:
@@ -57,7 +59,7 @@ class DriveFolder:
     @property
     def seconds(self) -> dict[str, float]:
         """How long each drive took, by its id."""
-        return {id: float(row.get("seconds", 0.0)) for id, row in self._seconds.rows.items()}
+        return {id: float(row["seconds"]) for id, row in self._seconds.rows.items()}
 
     def add(self, driven: Driven) -> None:
         """Keep a drive; its row comes last, so that a drive with a row has everything else."""
@@ -73,6 +75,18 @@ class DriveFolder:
             DataError: It is missing or damaged.
         """
         return read_film(self._film(id))
+
+    def _check_settings(self, record: Mapping[str, Any]) -> None:
+        """Raise DataError where a row is of a drive that was not asked for."""
+        for id, row in self.rows.items():
+            own = drive_id(row["setting"], row["scenario"], row["intention"])
+            if own != id or row["setting"] not in record["settings"]:
+                raise DataError(
+                    f"The row {id!r:.80} is of the setting {row['setting']!r:.40}, the scene "
+                    f"{row['scenario']!r:.40} and the intention {row['intention']!r:.40}.",
+                    path=self.out / ROWS,
+                    remedy="Take the line out: its drive is then driven again.",
+                )
 
     def _film(self, id: str) -> Path:
         return self.out / FILMS / f"{id.replace('/', '_')}.npz"

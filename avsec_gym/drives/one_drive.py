@@ -14,6 +14,7 @@ from avsec_gym.closed_loop.drive_log import first_contact
 from avsec_gym.closed_loop.drive_record import Outcome, goal_distance
 from avsec_gym.closed_loop.navsim_score import COMFORT
 from avsec_gym.closed_loop.planner_policy import Ambition, Decision
+from avsec_gym.drives.drive_row import drive_id
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.geometry import Floats
@@ -60,7 +61,7 @@ class DriveTask:
     @property
     def id(self) -> str:
         """Names the drive among all others."""
-        return f"{self.setting}/{self.scenario}/{self.intention}"
+        return drive_id(self.setting, self.scenario, self.intention)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class Driven:
     """A drive that was made.
 
     Args:
-        row: What became of it, JSON-able.
+        row: What became of it, a `DriveRow`.
         film: All that can be shown of it.
         seconds: How long it took, without making the scene.
     """

@@ -5,8 +5,9 @@ from __future__ import annotations
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
+from enum import Enum
 from pathlib import Path
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints, is_typeddict
 
 from avsec_gym.errors import DataError
 from avsec_gym.storage.json_files import read_json_object
@@ -55,16 +56,45 @@ def fitting_fields(kind: type[Any], facts: Mapping[str, Any]) -> dict[str, Any]:
             continue
         value = facts[field.name]
         if not fits(value, hints[field.name]):
-            raise ValueError(f"{field.name} is {_shown(value)}, not what is written there")
+            raise _misfit(field.name, value)
         values[field.name] = value
     return values
 
 
+def check_fields(kind: type[Any], facts: Mapping[str, Any]) -> None:
+    """Refuse an object that lacks a field of a typed dictionary, or has another type there.
+
+    Args:
+        kind: A `typing.TypedDict`.
+        facts: The object; names beside the fields are left alone.
+
+    Raises:
+        ValueError: One is missing, or has another type; which one.
+    """
+    for name, hint in get_type_hints(kind).items():
+        if name not in facts:
+            if name in kind.__required_keys__:
+                raise ValueError(f"it lacks {name}")
+        elif not fits(facts[name], hint):
+            raise _misfit(name, facts[name])
+
+
 def fits(value: Any, kind: Any) -> bool:
-    """Whether a value of JSON has a type such as ``dict[str, list[float]]`` or ``int | None``."""
+    """Whether a value of JSON has a type such as ``dict[str, list[float]]`` or ``int | None``.
+
+    An enumeration stands for its values, a typed dictionary for an object with its fields.
+    """
     if kind is Any:
         return True
+    if is_typeddict(kind):
+        try:
+            check_fields(kind, value if isinstance(value, dict) else {})
+        except ValueError:
+            return False
+        return isinstance(value, dict)
     origin, parts = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return any(type(value) is type(part) and value == part for part in parts)
     if origin in (Union, types.UnionType):
         return any(fits(value, part) for part in parts)
     if origin in (dict, Mapping):
@@ -75,7 +105,13 @@ def fits(value: Any, kind: Any) -> bool:
         return isinstance(value, (int, float)) and not isinstance(value, bool)
     if kind is int:
         return type(value) is int
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return isinstance(value, (str, int)) and value in [member.value for member in kind]
     return isinstance(value, type(None) if kind is None else kind)
+
+
+def _misfit(name: str, value: Any) -> ValueError:
+    return ValueError(f"{name} is {_shown(value)}, not what is written there")
 
 
 def _shown(value: Any) -> str:

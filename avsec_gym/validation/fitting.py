@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.storage.json_lines import JsonLines
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.evidence import evidence_scopes
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.likelihood.likelihood_of_clean import (
@@ -69,6 +71,7 @@ def fit_threshold_table(
     measured = _measured(
         clean,
         lambda _, frame: shares_of(frame, clean.system, clean.depth),
+        (len(clean.system.triples), len(MEASURES)),
         samples,
         on_progress,
     )
@@ -99,11 +102,19 @@ def fit_likelihood_model(
         lambda number, frame: evidence_of_all_states(
             frame, clean.system, clean.depth, (seed, number)
         ),
+        (2 ** len(clean.system), len(evidence_scopes(clean.system))),
         samples,
         on_progress,
     )
     drives = [frame.drive or frame.id for frame in measured.frames]
     return likelihood_of_clean(measured.on, measured.values, drives)
+
+
+class KeptSample(TypedDict):
+    """What is kept of a frame: shares, a list for each triple of sensors or for each state."""
+
+    id: str
+    measured: list[list[float]]
 
 
 class _Measured(NamedTuple):
@@ -118,6 +129,7 @@ class _Measured(NamedTuple):
 def _measured(
     clean: CleanFrames,
     measure: Callable[[int, SensorFrame], Floats],
+    shape: tuple[int, int],
     samples: Path | None,
     on_progress: Progress | None,
 ) -> _Measured:
@@ -127,10 +139,12 @@ def _measured(
         clean: The frames.
         measure: Function of a frame's number, which stays the same when a run goes on, and of what
             its sensors deliver.
+        shape: The shape of what it returns.
         samples: A line for each frame.
         on_progress: Callback after each frame.
     """
-    kept, left_out = JsonLines(samples), dict[str, str]()
+    kept, left_out = JsonLines(samples, KeptSample), dict[str, str]()
+    check_samples(kept.rows, shape, samples)
     # Numbers count all frames: seeds do not depend on what was measured before.
     missing = [
         (n, recorded) for n, recorded in enumerate(clean.frames) if recorded.id not in kept.rows
@@ -157,3 +171,18 @@ def _measured(
     return _Measured(
         whole, np.array([kept.rows[recorded.id]["measured"] for recorded in whole]), on
     )
+
+
+def check_samples(
+    rows: Mapping[str, Mapping[str, Any]], shape: tuple[int, int], path: Path | None
+) -> None:
+    """Raise DataError where a kept row is not what these sensors measure."""
+    for id, row in rows.items():
+        measured = row["measured"]
+        fitting = len(measured) == shape[0] and all(len(shares) == shape[1] for shares in measured)
+        if not fitting or not all(0 <= share <= 1 for shares in measured for share in shares):
+            raise DataError(
+                f"The row of {id!r:.60} does not hold {shape[0]} x {shape[1]} shares from 0 to 1.",
+                path=path,
+                remedy="Take the line out: its frame is then measured again.",
+            )

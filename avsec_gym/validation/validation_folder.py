@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
@@ -16,6 +17,7 @@ from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 if TYPE_CHECKING:
@@ -30,15 +32,51 @@ THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples
 """The errors of clean frames; the model; what was measured of the frames that it was fitted on."""
 
 
+class Exceeded(TypedDict):
+    """A share that is beyond its threshold."""
+
+    sensors: list[str | int]
+    """Three: which is compared with which, as which sees it."""
+    share: Literal["error", "hole_share", "densest", "brightness"]
+    """One of `MEASURES`."""
+    value: float
+    threshold: float
+
+
+class DamageRow(TypedDict, total=False):
+    """How much of a sensor is damaged, as `Damage.row` makes it."""
+
+    share_of_pixels: float
+    points: int
+    lost_directions: int
+    unknown: str
+
+
+class FrameRow(TypedDict):
+    """What is kept of a frame, as `row_of` makes it."""
+
+    id: str
+    alarm: bool
+    attacked: list[str | int]
+    statuses: dict[str, SensorStatus]
+    probabilities: dict[str, float] | None
+    shares: dict[str, dict[str, float]]
+    exceeded: list[Exceeded]
+    damage: dict[str, DamageRow]
+    truly_attacked: list[str | int]
+    seconds: float
+    locating_seconds: float | None
+
+
 class ValidationFolder:
     """Goes on where an earlier run with the same record was stopped.
 
     Args:
         out: New, empty, or with results of the same record.
-        record: JSON-able: everything that decides the results.
+        record: JSON-able: everything that decides the results, ``sensors`` by their names.
 
     Raises:
-        DataError: The folder holds other results.
+        DataError: The folder holds other results, or damaged ones.
     """
 
     def __init__(self, out: Path, record: Mapping[str, Any]) -> None:
@@ -51,7 +89,8 @@ class ValidationFolder:
             )
         text = json.dumps({"rows": FORMAT, **record}, indent=1) + "\n"
         write_text(out / RECORD, text, overwrite=True)
-        self._lines = JsonLines(out / ROWS)
+        self._lines = JsonLines(out / ROWS, FrameRow)
+        self._check_sensors({str(sensor) for sensor in record["sensors"]})
 
     @property
     def rows(self) -> dict[str, dict[str, Any]]:
@@ -61,6 +100,21 @@ class ValidationFolder:
     def add(self, row: dict[str, Any]) -> None:
         """Keep the result of a frame."""
         self._lines.add(row)
+
+    def _check_sensors(self, known: set[str]) -> None:
+        """Raise DataError where a row names a sensor that is not judged."""
+        for id, row in self.rows.items():
+            triples = [beyond["sensors"] for beyond in row["exceeded"]]
+            named = [*row["attacked"], *row["truly_attacked"], *row["statuses"], *row["damage"]]
+            named += [*(row["probabilities"] or ()), *chain.from_iterable(triples)]
+            strange = sorted({str(sensor) for sensor in named} - known)
+            if strange or any(len(triple) != 3 for triple in triples):
+                raise DataError(
+                    f"The row of {id!r:.60} names {strange or 'more or less than three sensors'}, "
+                    f"which are not those that are judged: {' '.join(sorted(known))}.",
+                    path=self.out / ROWS,
+                    remedy="Take the line out: its frame is then judged again.",
+                )
 
 
 def differences(out: Path, record: Mapping[str, Any]) -> list[str]:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from random import Random
 from types import FrameType
+from typing import TypedDict
 
 import pytest
 
@@ -25,6 +26,11 @@ FUZZ = Path(__file__).parents[2] / "benchmarks" / "fuzz"
 sys.path.append(str(FUZZ))
 from kinds import KINDS, Kind  # noqa: E402
 from replace_file import REPLACEMENTS  # noqa: E402
+
+
+class Row(TypedDict):
+    id: str
+
 
 PATIENCE = 20
 """Seconds; a reader that waits for a pipe waits for ever."""
@@ -61,7 +67,7 @@ def test_readers_refuse_what_is_no_file(kind: Kind, tmp_path: Path) -> None:
 
 APPENDERS = {
     "lines": lambda path: append_line(path, "{}"),
-    "rows": lambda path: JsonLines(path).add({"id": "a"}),
+    "rows": lambda path: JsonLines(path, Row).add({"id": "a"}),
     "curves": lambda path: Curves(path.parent).add(1, "losses", {}),
 }
 
@@ -79,7 +85,7 @@ def test_lines_are_added_to_files_only(
 
 
 def test_rows_are_not_added_to_a_pipe_that_took_the_file_s_place(tmp_path: Path) -> None:
-    lines, curves = JsonLines(tmp_path / "rows.jsonl"), Curves(tmp_path)
+    lines, curves = JsonLines(tmp_path / "rows.jsonl", Row), Curves(tmp_path)
     for name in ("rows.jsonl", "curves.jsonl"):
         REPLACEMENTS["pipe"](tmp_path / name, Random(0))
     with pytest.raises(DataError, match="named pipe"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,17 @@ from avsec_gym.validation.validation_folder import (
     summary,
 )
 from avsec_gym.validation.validator import Validation
+
+SENSORS = {"sensors": [LIDAR, 3, 2]}
+KEPT: dict[str, Any] = {
+    "id": "0", "alarm": True, "attacked": [3], "truly_attacked": [], "probabilities": None,
+    "statuses": {"lidar": "sound", "3": "attacked", "2": "cannot tell"},
+    "shares": {"lidar,3,2": {"error": 0.1}}, "damage": {"3": {"share_of_pixels": 0.5}},
+    "exceeded": [
+        {"sensors": ["lidar", 3, 2], "share": "densest", "value": 0.4, "threshold": 0.2}
+    ],
+    "seconds": 0.5, "locating_seconds": 0.1,
+}  # fmt: skip
 
 
 def row(alarm: bool, attacked: list[int], truly: list[int], sensors: int = 4) -> dict[str, Any]:
@@ -53,22 +65,23 @@ def test_alarms_on_frames_as_recorded_are_not_called_false() -> None:
 def test_rows_of_another_format_are_not_gone_on_with(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ValidationFolder(tmp_path, {"rate": 0.01}).add({"id": "0"})
-    assert list(ValidationFolder(tmp_path, {"rate": 0.01}).rows) == ["0"]
+    record = {**SENSORS, "rate": 0.01}
+    ValidationFolder(tmp_path, record).add(KEPT)
+    assert ValidationFolder(tmp_path, record).rows == {"0": KEPT}
     monkeypatch.setattr("avsec_gym.validation.validation_folder.FORMAT", 99)
     with pytest.raises(DataError, match=f"something else: rows {FORMAT}, not 99"):
-        ValidationFolder(tmp_path, {"rate": 0.01})
+        ValidationFolder(tmp_path, record)
 
 
 def test_it_is_said_in_what_others_differ_and_an_empty_folder_belongs_to_no_one(
     tmp_path: Path,
 ) -> None:
-    ValidationFolder(tmp_path, {"rate": 0.01, "seed": 1})
+    ValidationFolder(tmp_path, {**SENSORS, "rate": 0.01, "seed": 1})
     (tmp_path / ROWS).unlink()
     # Nothing was kept: a mistyped option is no reason to name another folder.
-    ValidationFolder(tmp_path, {"rate": 0.02, "seed": 1}).add({"id": "0"})
+    ValidationFolder(tmp_path, {**SENSORS, "rate": 0.02, "seed": 1}).add(KEPT)
     with pytest.raises(DataError, match=r"something else: rate 0\.02, not 0\.03; seed 1, not None"):
-        ValidationFolder(tmp_path, {"rate": 0.03})
+        ValidationFolder(tmp_path, {**SENSORS, "rate": 0.03})
 
 
 def test_the_time_to_locate_damage_is_kept_where_damage_was_located(
@@ -91,16 +104,44 @@ def test_the_time_to_locate_damage_is_kept_where_damage_was_located(
 
 
 def test_a_damaged_line_tells_its_number(tmp_path: Path) -> None:
-    folder = ValidationFolder(tmp_path, {})
+    folder = ValidationFolder(tmp_path, SENSORS)
     for id in "012":
-        folder.add({"id": id})
+        folder.add({**KEPT, "id": id})
     lines = (tmp_path / ROWS).read_text().splitlines()
     (tmp_path / ROWS).write_text("\n".join([lines[0], lines[1][:5], lines[2]]) + "\n")
     with pytest.raises(DataError, match=r"frames\.jsonl: Line 2 is damaged"):
-        ValidationFolder(tmp_path, {})
+        ValidationFolder(tmp_path, SENSORS)
     # A last line that was cut off is done again.
     (tmp_path / ROWS).write_text("\n".join([lines[0], lines[1][:5]]))
-    assert list(ValidationFolder(tmp_path, {}).rows) == ["0"]
+    assert list(ValidationFolder(tmp_path, SENSORS).rows) == ["0"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "problem"),
+    [
+        ("alarm", 1, "alarm is 1"),
+        ("statuses", {"3": "sonud"}, "statuses is"),
+        ("statuses", {"4": "sound"}, "names ['4']"),
+        ("attacked", ["left"], "names ['left']"),
+        ("attacked", 3, "attacked is 3"),
+        ("truly_attacked", [7], "names ['7']"),
+        ("probabilities", {"x": 0.5}, "names ['x']"),
+        ("probabilities", {"3": "high"}, "probabilities is"),
+        ("damage", {"3": {"points": "many"}}, "damage is"),
+        ("damage", {"0": {"points": 3}}, "names ['0']"),
+        ("exceeded", [{"sensors": ["lidar", 3, 2], "share": "densest"}], "exceeded is"),
+        ("exceeded", [{**KEPT["exceeded"][0], "share": "E"}], "exceeded is"),
+        ("exceeded", [{**KEPT["exceeded"][0], "sensors": [3, 2]}], "three sensors"),
+        ("seconds", None, "seconds is None"),
+        ("shares", [], "shares is"),
+    ],
+)
+def test_a_row_is_what_the_summary_needs(
+    name: str, value: Any, problem: str, tmp_path: Path
+) -> None:
+    ValidationFolder(tmp_path, SENSORS).add({**KEPT, name: value})
+    with pytest.raises(DataError, match=rf"frames\.jsonl.*{re.escape(problem)}"):
+        ValidationFolder(tmp_path, SENSORS)
 
 
 def test_a_likelihood_names_one_of_three_sensors() -> None:

@@ -24,6 +24,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.fitting import KeptSample
 from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
 from avsec_gym.validation.recordings import raw_recordings
 from avsec_gym.validation.shipped import FITS, SHIPPED_SYSTEMS, shipped_file, shipped_on
@@ -62,7 +63,7 @@ def write_fits(frames: int, seed: int, samples: Path, out: Path) -> None:
         raise ConfigurationError(f"it takes {_LEAST_FRAMES} frames or more, got {frames}")
     root = shipped_drives(frames, seed, FITTED)
     drawn = raw_recordings(root, SYSTEM.sensors).frames[:frames]
-    kept, depth = JsonLines(samples), PairDepth("sgbm")
+    kept, depth = JsonLines(samples, KeptSample), PairDepth("sgbm")
     for number, recorded in enumerate(drawn):
         if (id := sample_id(recorded.id, seed)) not in kept.rows:
             row = fitted_row(recorded.frame(), depth, seed, number)

@@ -30,6 +30,7 @@ from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.fitting import KeptSample
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.maximum_likelihood import (
     LikelihoodModel,
@@ -76,7 +77,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """
     if min(options.frames, options.draws) < 1:
         raise ConfigurationError("--frames and --draws are 1 or more")
-    root, kept = shipped_drives(options.frames, options.seed, JUDGED), JsonLines(options.samples)
+    root = shipped_drives(options.frames, options.seed, JUDGED)
+    kept = JsonLines(options.samples, KeptSample)
     frames = raw_recordings(root, SYSTEM.sensors).frames[: options.frames]
     depth = PairDepth("sgbm")
     rows = []
