@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,10 +96,78 @@ def read_film(path: Path) -> DriveFilm:
     """The film in a file.
 
     Raises:
-        DataError: The file is missing, damaged, or of another version.
+        DataError: The file is missing, damaged, of another version, or holds what no drive does.
     """
     arrays = read_npz(path, most=_MOST_BYTES, remedy=_REMEDY)
-    names = [each.name for each in fields(DriveFilm)]
-    if set(arrays) != set(names) or len({len(arrays[name]) for name in ("times", "car")}) != 1:
-        raise DataError("This is no film of a drive.", path=path, remedy=_REMEDY)
+    problem = _problem(arrays)
+    if problem is not None:
+        raise DataError(f"This is no film of a drive: {problem}.", path=path, remedy=_REMEDY)
     return DriveFilm(**arrays)
+
+
+_FORMS = {
+    "times": ("f", "T"),
+    "car": ("f", "T 5"),
+    "braking": ("f", "T"),
+    "ways": ("f", "T"),
+    "sizes": ("f", "N 2"),
+    "poses": ("f", "T N 3"),
+    "present": ("b", "T N"),
+    "believed": ("f", "B 5"),
+    "believed_at": ("i", "B"),
+    "plans": ("f", "P 2"),
+    "plan_of": ("i", "P"),
+    "planned": ("i", "T"),
+    "stops": ("b", "T"),
+    "bounds": ("f", "V 2"),
+    "bound_of": ("i", "V"),
+    "goal": ("f", "2 2"),
+    "contact": ("i", "1"),
+}
+"""Kind and shape of each array; a letter is the same number everywhere."""
+_FARTHEST = 1e5
+"""Metres from the car's start to anything in its film, at most; drives take seconds."""
+_LONGEST_STEP = 10.0
+
+
+def _problem(arrays: Mapping[str, NDArray[Any]]) -> str | None:
+    """What of the arrays no film holds; None where they are one."""
+    if set(arrays) != set(_FORMS):
+        return "it has other arrays"
+    extents: dict[str, int] = {}
+    for name, (kind, form) in _FORMS.items():
+        array, wanted = arrays[name], form.split()
+        if array.dtype.kind != kind or array.ndim != len(wanted):
+            return f"{name} is of another kind"
+        for length, letter in zip(array.shape, wanted, strict=True):
+            if length != extents.setdefault(letter, int(letter) if letter.isdecimal() else length):
+                return f"{name} is longer or shorter than what belongs to it"
+    # Numbers: places near the car, times one after the other, indices of what is there.
+    times, start = arrays["times"], arrays["car"][:1, :2]
+    if not extents["T"]:
+        return "it has no instant"
+    for name, (kind, _) in _FORMS.items():
+        if kind == "f" and not np.isfinite(arrays[name]).all():
+            return f"{name} holds a number that is not finite"
+    places = [arrays[name].reshape(-1, arrays[name].shape[-1])[:, :2] for name in _PLACES]
+    if any((np.abs(each - start) > _FARTHEST).any() for each in places):
+        return "something is farther away than any road leads"
+    if times[0] < 0 or not ((np.diff(times) > 0) & (np.diff(times) <= _LONGEST_STEP)).all():
+        return "its times are not one after the other"
+    bounds = arrays["bound_of"]
+    sides = np.unique(bounds)
+    if len(sides) % 2 or not np.array_equal(sides, np.arange(len(sides))):
+        return "a lane lacks a bound"
+    for name, most in (
+        ("believed_at", extents["T"]),
+        ("plan_of", extents["T"] + 1),
+        ("planned", extents["T"] + 1),
+        ("contact", extents["N"]),
+    ):
+        least = -1 if name in ("planned", "contact") else 0
+        if ((arrays[name] < least) | (arrays[name] >= most)).any():
+            return f"{name} names what is not there"
+    return None
+
+
+_PLACES = ("car", "poses", "believed", "plans", "bounds", "goal")

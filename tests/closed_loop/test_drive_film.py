@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,3 +69,73 @@ def test_an_instant_by_its_time() -> None:
 def test_a_lane_is_between_its_bounds() -> None:
     (lane,) = film().lanes()
     assert lane.tolist() == [[-50, 2], [100, 2], [100, -2], [-50, -2]]
+
+
+def _changed(name: str, change: Callable[[Any], Any]) -> dict[str, Any]:
+    arrays = {each.name: getattr(film(), each.name) for each in fields(DriveFilm)}
+    return {**arrays, name: change(arrays[name])}
+
+
+def _set(index: Any, value: Any) -> Callable[[Any], Any]:
+    def change(array: Any) -> Any:
+        array = array.copy()
+        array[index] = value
+        return array
+
+    return change
+
+
+@pytest.mark.parametrize("name", [each.name for each in fields(DriveFilm)])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda array: array.astype("U8"),
+        lambda array: array.astype(complex),
+        lambda array: array.astype("u1"),
+        lambda array: array[None],
+        lambda array: array[..., None],
+        lambda array: array.reshape(-1)[:0],
+        lambda array: np.array(1.0),
+    ],
+    ids=["text", "complex", "bytes", "first axis", "last axis", "empty", "scalar"],
+)
+def test_each_array_is_of_its_kind_and_shape(
+    name: str, change: Callable[[Any], Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "film.npz"
+    arrays = _changed(name, change)
+    np.savez(path, **arrays)
+    with pytest.raises(DataError, match=r"film\.npz: This is no film of a drive: "):
+        read_film(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "index", "value", "problem"),
+    [
+        *(
+            (each, 0, value, "not finite")
+            for each in ("times", "car", "braking", "ways", "sizes", "poses", "believed", "goal")
+            for value in (np.nan, np.inf)
+        ),
+        ("bounds", (1, 0), 1e300, "farther away"),
+        ("poses", (2, 0, 1), -1e6, "farther away"),
+        ("times", 3, 0.1, "one after the other"),
+        ("times", 20, 1e9, "one after the other"),
+        ("times", 0, -1.0, "one after the other"),
+        ("bound_of", 3, 3, "lacks a bound"),
+        ("bound_of", 3, 0, "lacks a bound"),
+        ("believed_at", 0, 21, "believed_at names"),
+        ("believed_at", 0, -1, "believed_at names"),
+        ("planned", 4, 10**12, "planned names"),
+        ("plan_of", 4, -1, "plan_of names"),
+        ("contact", 0, 1, "contact names"),
+        ("contact", 0, -2, "contact names"),
+    ],
+)
+def test_numbers_are_those_of_a_drive(
+    name: str, index: Any, value: float, problem: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "film.npz"
+    np.savez(path, **_changed(name, _set(index, value)))
+    with pytest.raises(DataError, match=problem):
+        read_film(path)
