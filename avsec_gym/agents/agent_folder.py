@@ -17,7 +17,7 @@ from avsec_gym.agents.configuration import (
     known_environment,
 )
 from avsec_gym.agents.yaml_files import read_yaml, write_yaml
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import read_fields
 from avsec_gym.storage.regular_files import is_file, is_folder
@@ -107,8 +107,8 @@ def load_agent(place: str | Path) -> TrainedAgent:
         place: A folder, or the name of a shipped agent.
 
     Raises:
-        DataError: There is no agent, or a file of it is missing, damaged or of another agent.
-        ConfigurationError: The environment refuses the agent's arguments.
+        DataError: There is no agent, or a file of it is missing, damaged or of another agent, or
+            holds arguments that the environment refuses.
     """
     from avsec_gym.agents.learner import make_policy, single
     from avsec_gym.perception.weights.state_dict import fit_state
@@ -120,9 +120,16 @@ def load_agent(place: str | Path) -> TrainedAgent:
     state, content = read_tensors(path, remedy=_AGAIN)
     if card.sha256 != hashlib.sha256(content).hexdigest():
         raise DataError("The file is not the one of its card.", path=path, remedy=_AGAIN)
-    environment = single(configuration.env, configuration.held_out_kwargs)
-    policy = make_policy(configuration, environment)
-    environment.close()
+    try:
+        environment = single(configuration.env, configuration.held_out_kwargs)
+        policy = make_policy(configuration, environment)
+        environment.close()
+    except AvsecError as error:
+        raise DataError(
+            f"Its environment or its policy refuses what it holds: {error}.",
+            path=folder / CONFIG,
+            remedy=_AGAIN,
+        ) from error
     policy.load_state_dict(fit_state(state, policy, path))
     return TrainedAgent(str(place), configuration, card, policy)
 

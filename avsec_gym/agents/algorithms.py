@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
+from avsec_gym.agents.argument_domains import check_widths, checked_argument
 from avsec_gym.agents.extras import contributed
 
 ALGORITHMS = {
@@ -35,7 +36,6 @@ _OBJECTS = (
     "optimize_memory_usage",
 )
 """Arguments that are objects, or that a checkpoint could not keep."""
-_SCHEDULE = "lin_"
 
 
 def algorithm_class(name: str) -> Any:
@@ -61,48 +61,34 @@ def policy_named(name: str) -> Any:
     return getattr(import_module(module), own)
 
 
-def plain_arguments(arguments: Mapping[str, Any]) -> dict[str, Any]:
+def plain_arguments(arguments: Mapping[str, Any], algorithm: str) -> dict[str, Any]:
     """Arguments of an entry as Python takes them.
 
     Args:
         arguments: Numbers, lists, and text: ``lin_0.001`` falls linearly to 0, ``dict(...)`` is a
             dictionary, ``nn.ReLU`` an activation.
+        algorithm: The name of the algorithm.
 
     Raises:
-        ValueError: A text is none of these.
+        ConfigurationError, ValueError: The algorithm can do nothing with one of them.
     """
-    return {name: _understood(name, value) for name, value in arguments.items()}
+    return {name: _understood(name, value, algorithm) for name, value in arguments.items()}
 
 
-def _understood(name: str, value: Any) -> Any:
-    if name == "policy_kwargs":
-        value = _dictionary(value)
-        return {key: _activation(key, own) for key, own in value.items()}
-    if isinstance(value, list):
-        return tuple(value)  # train_freq: [1, episode]
-    if isinstance(value, str):
-        if value.startswith(_SCHEDULE):
-            return _falling(name, value.removeprefix(_SCHEDULE))
-        try:
-            return float(value)  # YAML reads 1e-3 as text.
-        except ValueError:
-            return value  # Such as ent_coef: auto.
-    return value
-
-
-def _falling(name: str, text: str) -> Callable[[float], float]:
-    try:
-        start = float(text)
-    except ValueError:
-        raise ValueError(f"{name} falls from a number, such as lin_0.001, not {text!r}") from None
-    return lambda remaining: remaining * start
+def _understood(name: str, value: Any, algorithm: str) -> Any:
+    if name != "policy_kwargs":
+        return checked_argument(name, value, algorithm)
+    value = _dictionary(value)
+    if value.get("net_arch") is not None:
+        check_widths(value["net_arch"])
+    return {key: _activation(key, own) for key, own in value.items()}
 
 
 def _dictionary(value: Any) -> dict[str, Any]:
     if isinstance(value, str):
         try:
             value = _literal(ast.parse(value.strip(), mode="eval").body)
-        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError) as error:
             raise ValueError(f"policy_kwargs cannot be understood ({error})") from None
     if not isinstance(value, dict):
         raise ValueError(f"policy_kwargs is a mapping, not {value!r:.60}")

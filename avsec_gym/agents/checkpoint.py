@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,11 @@ def write_checkpoint(folder: Path, learner: Any, progress: Progress) -> None:
     write_bytes(folder / CHECKPOINT, content, overwrite=True)
 
 
+def is_finite(learner: Any) -> bool:
+    """Whether all that was learned is a number: a training that has diverged cannot go on."""
+    return all(bool(torch.isfinite(value).all()) for value in learner.policy.state_dict().values())
+
+
 def read_checkpoint(folder: Path, learner: Any) -> Progress:
     """Put a fresh learner where a training stands.
 
@@ -60,26 +66,97 @@ def read_checkpoint(folder: Path, learner: Any) -> Progress:
     """
     path = folder / CHECKPOINT
     tensors, _ = read_tensors(path, remedy=_AGAIN)
-    try:
-        parameters = {
-            name: _optimiser_state(name, state, tensors)
-            if "param_groups" in state
-            else {key: tensors[f"{name}/{key}"] for key in state}
-            for name, state in learner.get_parameters().items()
-        }
-        learner.set_parameters(parameters, exact_match=True)
-        if getattr(learner, _ENTROPY, None) is not None:
-            learner.log_ent_coef.data.copy_(tensors[_ENTROPY])
-        _fill_buffer(getattr(learner, "replay_buffer", None), tensors)
-        progress = Progress(int(tensors[_STEPS]), float(tensors[_SECONDS]))
-    except (KeyError, ValueError, RuntimeError, IndexError) as error:
+    if problem := misfit(tensors, learner):
         raise DataError(
-            f"The checkpoint is of another configuration ({str(error)[:200]}).",
+            f"The checkpoint is damaged, or of another configuration: {problem}.",
             path=path,
             remedy=_AGAIN,
-        ) from error
+        )
+    parameters = {
+        name: _optimiser_state(name, state, tensors)
+        if "param_groups" in state
+        else {key: tensors[f"{name}/{key}"] for key in state}
+        for name, state in learner.get_parameters().items()
+    }
+    learner.set_parameters(parameters, exact_match=True)
+    if getattr(learner, _ENTROPY, None) is not None:
+        learner.log_ent_coef.data.copy_(tensors[_ENTROPY])
+    _fill_buffer(getattr(learner, "replay_buffer", None), tensors)
+    progress = Progress(int(tensors[_STEPS]), float(tensors[_SECONDS]))
     learner.num_timesteps = progress.steps
     return progress
+
+
+def misfit(tensors: dict[str, Tensor], learner: Any) -> str | None:
+    """What keeps the tensors of a checkpoint from being one of a learner; None: nothing.
+
+    Args:
+        tensors: What the file holds.
+        learner: A fresh one.
+    """
+    # What has to be there, by a checkpoint of the learner as it is.
+    expected = {_STEPS: torch.tensor(0), _SECONDS: torch.tensor(0.0, dtype=torch.float64)}
+    optimisers = {}
+    for name, state in learner.get_parameters().items():
+        if "param_groups" in state:
+            optimisers[name] = attrgetter(name)(learner)
+        else:
+            expected |= _prefixed(name, state)
+    if (entropy := getattr(learner, _ENTROPY, None)) is not None:
+        expected[_ENTROPY] = entropy
+    buffer = getattr(learner, "replay_buffer", None)
+    if buffer is not None:
+        position = tensors.get(_POSITION)
+        if position is None or position.dtype != torch.int64 or position.shape != (2,):
+            return f"{_POSITION} is missing or is no place in a buffer"
+        place, full = position.tolist()
+        if not 0 <= place < buffer.buffer_size or full not in (0, 1):
+            return f"{_POSITION} is no place in the buffer"
+        filled = buffer.buffer_size if full else place
+        expected[_POSITION] = position
+        for name, array in _arrays(buffer):
+            expected[f"{_BUFFER}{name}"] = torch.from_numpy(array[:filled])
+    # An optimiser remembers nothing of a parameter before its first step, then always the same.
+    possible = dict(expected)
+    for name, optimiser in optimisers.items():
+        for index, state in _remembered(optimiser).items():
+            own = _prefixed(f"{name}/{index}", state)
+            possible |= own
+            if any(key in tensors for key in own):
+                expected |= own
+    for key in expected:
+        if key not in tensors:
+            return f"{key} is missing"
+    for key, value in tensors.items():
+        if key not in possible:
+            return f"{key} is none of its tensors"
+        there = possible[key]
+        if value.dtype != there.dtype or value.shape != there.shape:
+            return (
+                f"{key} is {value.dtype} {tuple(value.shape)}, not {there.dtype}"
+                f" {tuple(there.shape)}"
+            )
+        if not torch.isfinite(value).all():
+            return f"{key} holds numbers that are not finite"
+    if int(tensors[_STEPS]) < 0 or float(tensors[_SECONDS]) < 0:
+        return "it has gone on for less than no time"
+    return None
+
+
+def _remembered(optimiser: Any) -> dict[int, dict[str, Tensor]]:
+    """What an optimiser remembers of each parameter after a step, as one of its kind shows."""
+    groups = []
+    for group in optimiser.param_groups:
+        twins = [torch.zeros_like(p, requires_grad=True) for p in group["params"]]
+        for twin in twins:
+            twin.grad = torch.zeros_like(twin)
+        groups.append({**group, "params": twins})
+    twin = type(optimiser)(groups)
+    twin.step()
+    return {
+        index: {key: torch.as_tensor(value) for key, value in state.items() if value is not None}
+        for index, state in twin.state_dict()["state"].items()
+    }
 
 
 def _prefixed(name: str, state: Any) -> dict[str, Tensor]:
@@ -121,8 +198,6 @@ def _fill_buffer(buffer: Any, tensors: dict[str, Tensor]) -> None:
         return
     for name, array in _arrays(buffer):
         stored = tensors[f"{_BUFFER}{name}"].numpy()
-        if len(stored) > len(array):
-            raise ValueError(f"{len(stored)} transitions do not fit into {len(array)}")
         array[: len(stored)] = stored
     position, full = tensors[_POSITION].tolist()
     buffer.pos, buffer.full = int(position), bool(full)

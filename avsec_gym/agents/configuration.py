@@ -27,6 +27,17 @@ from avsec_gym.suggestions import unknown_name
 
 HYPERPARAMETERS = Path(__file__).parent / "hyperparams"
 _REMEDY = "It has an entry for each environment, in the YAML form of rl-zoo3 (docs/agents.md)."
+_MOST_ENVS, _MOST_STEPS = 4096, 10**12
+_NOT_THE_ENVIRONMENT_S = (
+    "id",
+    "max_episode_steps",
+    "disable_env_checker",
+    "num_envs",
+    "vectorization_mode",
+    "vector_kwargs",
+    "wrappers",
+)
+"""What `gymnasium.make` and `make_vec` take for themselves."""
 _NORMALIZE, _OWN = "normalize", ("n_timesteps", "n_envs", "policy", "env_kwargs", "eval_env_kwargs")
 
 
@@ -134,7 +145,7 @@ def configuration_from(env: str, algorithm: str, entry: Any, path: Path) -> Agen
         raise DataError(f"The entry {env} is no mapping.", path=path, remedy=_REMEDY)
     try:
         return _checked(env, algorithm, entry)
-    except ValueError as error:
+    except (ConfigurationError, ValueError) as error:
         raise DataError(f"The entry {env}: {error}.", path=path, remedy=_REMEDY) from error
 
 
@@ -144,6 +155,9 @@ def _checked(env: str, algorithm: str, entry: Mapping[str, Any]) -> AgentConfigu
     for name in ("env_kwargs", "eval_env_kwargs"):
         if not isinstance(entry.get(name, {}), Mapping):
             raise ValueError(f"{name} is a mapping of arguments, not {entry[name]!r:.60}")
+        for argument in entry.get(name, {}):
+            if argument in _NOT_THE_ENVIRONMENT_S:
+                raise ValueError(f"{name} has {argument}, which is no argument of an environment")
     policy = entry.get("policy", "MlpPolicy")
     if not isinstance(policy, str):
         raise ValueError(f"policy is a name, not {policy!r:.60}")
@@ -152,27 +166,32 @@ def _checked(env: str, algorithm: str, entry: Mapping[str, Any]) -> AgentConfigu
     for name in arguments:
         if name not in known:
             raise ValueError(unknown_name(f"{algorithm} has no argument {name}", name, known))
-    plain_arguments(arguments)  # What cannot be understood is refused here.
+    # What cannot be understood is refused here.
+    understood = plain_arguments(arguments, algorithm)
+    side_by_side = _count(entry, "n_envs", 1, _MOST_ENVS)
+    often = understood.get("train_freq")
+    if side_by_side > 1 and isinstance(often, tuple) and often[1] == "episode":
+        raise ValueError("training after an episode takes n_envs: 1")
     return AgentConfiguration(
         env,
         algorithm,
-        _count(entry, "n_timesteps", None),
+        _count(entry, "n_timesteps", None, _MOST_STEPS),
         policy,
-        _count(entry, "n_envs", 1),
+        side_by_side,
         dict(entry.get("env_kwargs", {})),
         dict(entry.get("eval_env_kwargs", {})),
         arguments,
     )
 
 
-def _count(entry: Mapping[str, Any], name: str, usual: int | None) -> int:
+def _count(entry: Mapping[str, Any], name: str, usual: int | None, most: int) -> int:
     given = entry.get(name, usual)
     try:
         value = int(float(given))  # YAML reads 1e5 as text.
     except (TypeError, ValueError, OverflowError):
         value = 0
-    if value < 1 or isinstance(given, bool):
-        raise ValueError(f"{name} is a number, 1 or more, not {given!r:.60}")
+    if not 1 <= value <= most or isinstance(given, bool):
+        raise ValueError(f"{name} is a number from 1 to {most:,}, not {given!r:.60}")
     return value
 
 

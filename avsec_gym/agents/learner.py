@@ -14,6 +14,9 @@ from avsec_gym.agents.algorithms import algorithm_class, plain_arguments, policy
 from avsec_gym.agents.configuration import AgentConfiguration
 from avsec_gym.errors import ConfigurationError
 
+_UNFIT = (TypeError, ValueError, AssertionError, RuntimeError, AttributeError, ArithmeticError)
+"""What the libraries raise of arguments that do not fit."""
+
 
 def make_learner(configuration: AgentConfiguration, seed: int) -> Any:
     """An agent that has learned nothing yet, in its environments.
@@ -35,9 +38,9 @@ def make_learner(configuration: AgentConfiguration, seed: int) -> Any:
             environments,
             seed=seed,
             device="cpu",
-            **plain_arguments(configuration.arguments),
+            **plain_arguments(configuration.arguments, configuration.algorithm),
         )
-    except (TypeError, ValueError, AssertionError) as error:
+    except _UNFIT as error:
         raise _unfit(configuration, error) from error
 
 
@@ -67,7 +70,7 @@ def make_policy(configuration: AgentConfiguration, environment: gym.Env[Any, Any
                 f"{configuration.algorithm} has no policy {named!r}: it has {', '.join(aliases)}"
             )
         named = aliases[named]
-    arguments = plain_arguments(configuration.arguments)
+    arguments = plain_arguments(configuration.arguments, configuration.algorithm)
     own = dict(arguments.get("policy_kwargs", {}))
     if arguments.get("use_sde"):
         own["use_sde"] = True
@@ -75,7 +78,7 @@ def make_policy(configuration: AgentConfiguration, environment: gym.Env[Any, Any
         policy = named(
             environment.observation_space, environment.action_space, lambda _: 0.0, **own
         )
-    except (TypeError, ValueError, AssertionError) as error:
+    except _UNFIT as error:
         raise _unfit(configuration, error) from error
     policy.set_training_mode(False)
     return policy

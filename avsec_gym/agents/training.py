@@ -21,11 +21,17 @@ from avsec_gym.agents.agent_folder import (
     save_agent,
     write_configuration,
 )
-from avsec_gym.agents.checkpoint import CHECKPOINT, Progress, read_checkpoint, write_checkpoint
+from avsec_gym.agents.checkpoint import (
+    CHECKPOINT,
+    Progress,
+    is_finite,
+    read_checkpoint,
+    write_checkpoint,
+)
 from avsec_gym.agents.configuration import AgentConfiguration
 from avsec_gym.agents.learner import make_learner
 from avsec_gym.command_line import command_line
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.regular_files import is_there
@@ -76,7 +82,8 @@ def train_agent(
         The card, without a held-out result.
 
     Raises:
-        ConfigurationError: The configuration does not fit the environment.
+        ConfigurationError: The configuration does not fit the environment, or the training has
+            diverged.
         DataError: Something else is in the folder, or what is there cannot be gone on with.
     """
     make_folder(out)
@@ -96,9 +103,17 @@ def train_agent(
                     callback=watch,
                     reset_num_timesteps=before.steps == 0,
                 )
+            except ValueError as error:
+                # torch refuses distributions with weights that have grown beyond all numbers.
+                if is_finite(learner):
+                    raise
+                raise _diverged(watch.progress) from error
             finally:
                 # Also after Ctrl-C: what was learned is kept.
-                write_checkpoint(out, learner, watch.progress)
+                if is_finite(learner):
+                    write_checkpoint(out, learner, watch.progress)
+            if not is_finite(learner):
+                raise _diverged(watch.progress)
         learner.env.close()
         return save_agent(out, learner.policy, _card(configuration, seed, sitting, watch.progress))
 
@@ -126,7 +141,8 @@ class _Watch(BaseCallback):
     def _on_rollout_start(self) -> None:
         # All steps so far have been learned from: a training can go on from here.
         self._note()
-        if time.monotonic() - self._written > _SECONDS_BETWEEN_CHECKPOINTS:
+        due = time.monotonic() - self._written > _SECONDS_BETWEEN_CHECKPOINTS
+        if due and is_finite(self.model):
             write_checkpoint(self._out, self.model, self.progress)
             self._written = time.monotonic()
 
@@ -156,6 +172,13 @@ def _log_to_tensorboard(learner: Any, out: Path) -> None:
     """
     if find_spec("tensorboard") is not None:
         learner.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
+
+
+def _diverged(progress: Progress) -> ConfigurationError:
+    return ConfigurationError(
+        f"the training has diverged after {progress.steps:,} steps or a little later: weights are"
+        " not finite any more; give a lower learning_rate, or a max_grad_norm"
+    )
 
 
 def _check_folder(configuration: AgentConfiguration, out: Path, seed: int, resume: bool) -> bool:

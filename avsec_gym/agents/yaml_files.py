@@ -11,7 +11,8 @@ from avsec_gym.agents.extras import yaml_module
 from avsec_gym.errors import DataError
 from avsec_gym.storage.text_files import read_text, write_text
 
-_MOST_BYTES = 2**20
+_MOST_BYTES = 2**17
+"""rl-zoo3's largest file has 20 kB; PyYAML reads some 50 kB in a second."""
 _DEEPEST = 16
 
 
@@ -30,9 +31,8 @@ def read_yaml(path: str | Path, *, remedy: str) -> dict[str, Any]:
     yaml = yaml_module()
     text = read_text(path, most=_MOST_BYTES)
     try:
-        # An alias that stands for itself a thousand times over is never needed here.
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader)):
-            raise DataError("The file has aliases.", path=path, remedy="Write them out.")
+        if problem := _structure_problem(yaml, text):
+            raise DataError(f"The file {problem}.", path=path, remedy=remedy)
         value = yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -48,6 +48,20 @@ def read_yaml(path: str | Path, *, remedy: str) -> dict[str, Any]:
             remedy=remedy,
         )
     return value
+
+
+def _structure_problem(yaml: Any, text: str) -> str | None:
+    """What is wrong with a file before its values are made, which can take for ever."""
+    depth = 0
+    for event in yaml.parse(text, yaml.SafeLoader):
+        # An alias that stands for itself a thousand times over is never needed here.
+        if isinstance(event, yaml.AliasEvent):
+            return "has aliases: write them out"
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            return f"nests lists and mappings more than {_DEEPEST} deep"
+    return None
 
 
 def write_yaml(path: str | Path, value: Mapping[str, Any]) -> None:

@@ -31,7 +31,7 @@ def written(folder: Path, text: str) -> Path:
 def test_a_file_of_rl_zoo3_is_understood(tmp_path: Path) -> None:
     found = configuration_of("GhostObject-v1", "ppo", written(tmp_path, ENTRY))
     assert (found.env, found.n_timesteps, found.n_envs) == ("avsec/GhostObject-v1", 100_000, 4)
-    arguments = plain_arguments(found.arguments)
+    arguments = plain_arguments(found.arguments, "ppo")
     assert arguments["learning_rate"](0.25) == pytest.approx(0.25e-3)
     assert arguments["clip_range"] == 0.2
     assert arguments["policy_kwargs"] == {
