@@ -46,7 +46,7 @@ class AttackedDetector:
         Raises:
             DataError: The frame lacks what the detector needs, or labels that the attack needs.
         """
-        number = int("".join(filter(str.isdigit, frame.id)) or 0)
+        number = int("".join(filter(str.isdecimal, frame.id)) or 0)
         seed = (self._seed, number)
         if isinstance(self._attack, OpticalAttack):
             return self._detector.detect(self._attack.attack(frame, seed).frame)

@@ -59,7 +59,7 @@ class Draw:
             KittiObject(self.kitti)
         scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed)
         known = {scene.id: scene for scene in scenes.scenes}
-        if self.scenarios == "layouts" and self.scene not in known and self.scene[-6:].isdigit():
+        if self.scenarios == "layouts" and self.scene not in known and self.scene[-6:].isdecimal():
             # Layouts beyond the first are as good.
             count = int(self.scene[-6:]) + 1
             scenes = scene_set("layouts", seed=self.seed, count=min(count, _MOST_LAYOUTS))

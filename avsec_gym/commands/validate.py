@@ -202,7 +202,7 @@ class Validate:
 
     @property
     def _sensors(self) -> tuple[Sensor, ...]:
-        return tuple(int(sensor) if sensor.isdigit() else sensor for sensor in self.sensors)
+        return tuple(int(sensor) if sensor.isdecimal() else sensor for sensor in self.sensors)
 
     @cached_property
     def _choice(self) -> FitChoice:

@@ -146,7 +146,7 @@ def _frame(data: KittiObject | Drive, name: str) -> SensorFrame:
 
     if isinstance(data, KittiObject):
         return data.frame(name)
-    if not name.isdigit():
+    if not name.isdecimal():
         raise ConfigurationError(f"--id of a drive is a number, got {name!r}")
     return data.frame(int(name), previous=0)
 

@@ -100,4 +100,4 @@ def write_calibration(
 
 
 def _is_camera(name: str) -> bool:
-    return name[:1] == "P" and name[1:].isascii() and name[1:].isdigit()
+    return name[:1] == "P" and name[1:].isascii() and name[1:].isdecimal()

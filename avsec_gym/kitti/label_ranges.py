@@ -7,9 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.image_only import NOWHERE
 
 FARTHEST = 1000.0
 """Metres; no sensor of a car sees an object beyond, and -1000 is KITTI's place of no object."""
+
+HIGHEST = 100.0
+"""Metres above or below the camera; results without a place are written at -999, too."""
 
 LARGEST_LABEL = np.array([10.0, 10.0, 50.0])
 """Height, width and length, metres: KITTI's largest are a truck of 4.2 x 3.0 m, a tram of 35.2 m.
@@ -24,6 +28,7 @@ _MOST_OCCLUDED = 3
 _TRUNCATION, _OCCLUSION = 0, 1
 _ANGLES, _SIZES, _METRES = [2, 13], slice(7, 10), slice(7, 13)
 _PLACEHOLDERS = np.array([-1.0, _UNKNOWN_ANGLE, _UNKNOWN_ANGLE])
+_LOCATION, _HEIGHT = slice(10, 13), 11
 _LEAST = np.array([-1.0, -1.0, -np.inf, *[-np.inf] * 4, *[-FARTHEST] * 6, -np.inf])
 _MOST = np.array([1.0, _MOST_OCCLUDED, 0.0, *[np.inf] * 4, *[FARTHEST] * 6, 0.0])
 
@@ -47,7 +52,10 @@ def all_possible(values: Floats, *, result: bool, tracking: bool = False) -> boo
     gapped = values[:, [_TRUNCATION, *_ANGLES]]
     between = (gapped < [0.0, -largest, -largest]) & (gapped != _PLACEHOLDERS)
     backwards = values[:, 5:7] < values[:, 3:5]
-    return not (between.any() or backwards.any() or (values[:, _OCCLUSION] % 1).any())
+    aloft = np.abs(values[:, _HEIGHT]) > HIGHEST
+    aloft &= (values[:, _LOCATION] != NOWHERE).any(axis=1)
+    wrong = between.any() or backwards.any() or aloft.any()
+    return not (wrong or (values[:, _OCCLUSION] % 1).any())
 
 
 def impossibility(
@@ -85,6 +93,9 @@ def impossibility(
     for value in row[_METRES]:
         if abs(value) > FARTHEST:
             return f"A {name} has a place or size of {value:g} m; {FARTHEST:g} m is the most."
+    placed = any(value != NOWHERE for value in row[_LOCATION])
+    if placed and abs(row[_HEIGHT]) > HIGHEST:
+        return f"A {name} stands {row[_HEIGHT]:g} m below the camera; {HIGHEST:g} m is the most."
     return None
 
 

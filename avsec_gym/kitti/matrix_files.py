@@ -10,6 +10,7 @@ import numpy as np
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.text_files import read_text
 
 Shape = tuple[int, ...]
@@ -97,7 +98,7 @@ def _matrix(name: str, words: list[str], shape: Shape, path: str | Path, line: i
             remedy="The line may be cut off; fetch the file again.",
         )
     try:
-        values = np.array([float(word) for word in words])
+        values = np.array([plain_number(word) for word in words])
     except ValueError as error:
         raise DataError(
             f"{name} holds something that is not a number ({error}).",

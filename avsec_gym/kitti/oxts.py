@@ -11,6 +11,7 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.text_files import read_text, write_text
 
 
@@ -193,7 +194,7 @@ def _numbers(line: str, path: str | Path, number: int) -> list[float]:
     values = []
     for name, word in zip(FIELDS, words, strict=True):
         try:
-            value = float(word)
+            value = plain_number(word)
         except ValueError:
             value = float("nan")
         if not abs(value) <= _LARGEST.get(name, _LARGEST_OTHER):  # Also true for NaN.

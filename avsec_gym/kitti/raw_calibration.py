@@ -130,7 +130,7 @@ def write_raw_calibration(
 
 def _camera_shape(name: str) -> Shape | None:
     number = name.removeprefix(_PROJECTION)
-    if number != name and len(number) == 2 and number.isascii() and number.isdigit():
+    if number != name and len(number) == 2 and number.isascii() and number.isdecimal():
         return (3, 4)
     return (3, 3) if name == "R_rect_00" else None
 

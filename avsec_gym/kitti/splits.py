@@ -80,7 +80,7 @@ def read_raw_mapping(folder: str | Path) -> dict[str, RawOrigin]:
     used: set[int] = set()
     for i, word in enumerate(words):
         word = word.strip()
-        index = int(word) if word.isascii() and word.isdigit() and len(word) < 9 else 0
+        index = int(word) if word.isascii() and word.isdecimal() and len(word) < 9 else 0
         if not 1 <= index <= len(origins) or index in used:
             raise DataError(
                 f"Entry {i + 1} is {word[:40]!r}; expected a permutation of 1 to {len(origins)}.",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.errors import PlanningError
 
 
@@ -26,18 +28,24 @@ class Bounds:
             what: Place of the number, for the message.
 
         Raises:
-            PlanningError: It is not finite, or outside.
+            PlanningError: It is no number, not finite, or outside.
         """
-        if not self.low <= value <= self.high:  # Also true for NaN.
-            raise PlanningError(f"{what} is {value}; expected {self}.")
+        # Arrays are none: numpy's and Python's own numbers are.
+        if not isinstance(value, Real) or not self.low <= value <= self.high:  # Also true for NaN.
+            raise PlanningError(f"{what} is {shown(value)}; expected {self}.")
 
     def check_all(self, values: Any, what: str) -> None:
         """Refuse numbers of which any does not lie within.
 
         Raises:
-            PlanningError: One is not finite, or outside.
+            PlanningError: One is no number, not finite, or outside.
         """
-        array = np.asarray(values, float)
+        try:
+            array = np.asarray(values)
+        except ValueError:  # Lists of several lengths.
+            array = np.array(None)
+        if array.dtype.kind not in "biuf":
+            raise PlanningError(f"{what} is no number: {shown(values)}; expected {self}.")
         within = (array >= self.low) & (array <= self.high)
         if not within.all():
             self.check(float(array[~within].flat[0]), what)

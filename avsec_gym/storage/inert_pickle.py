@@ -200,7 +200,7 @@ _CALLING = frozenset(
 
 def _gather(machine: _Machine, name: str) -> None:
     """Make a container of values on the stack."""
-    if name[-1].isdigit():
+    if name[-1].isdecimal():
         values = [machine.pop() for _ in range(int(name[-1]))][::-1]
     else:
         values = machine.pop_to_mark()

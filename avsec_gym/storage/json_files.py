@@ -96,7 +96,7 @@ def read_json_object(
 
 
 def _integer(word: str) -> int:
-    if len(word) > 20 or abs(value := int(word)) > _LARGEST_INTEGER:
+    if len(word) > 20 or not -_LARGEST_INTEGER <= (value := int(word)) < _LARGEST_INTEGER:
         raise ValueError(f"the number {word[:20]}... is larger than any")
     return value
 

@@ -9,6 +9,7 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
 from avsec_gym.errors import DataError
+from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.text_files import read_text
 
 _DEEPEST = 16
@@ -84,7 +85,7 @@ class Element(NamedTuple):
         if child.children:
             child.refuse(f"<{name}> holds a <{child.children[0].name}> beside its number.")
         try:
-            value = float(child.text)
+            value = plain_number(child.text)
         except ValueError:
             value = float("nan")
         if not abs(value) <= 1e6:  # Also true for NaN.

@@ -26,7 +26,8 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
         id, drive, frame = f"{number:06d}", number // 10, number % 10
         cars = [CAR.format(x=0.0, z=12.0), CAR.format(x=3.0, z=45.0)]
         (vehicle / "training" / "label_2" / f"{id}.txt").write_text("\n".join(cars) + "\n")
-        scene = {"objects": [{"actor": 7}, {"actor": 3}]}
+        objects = [{"actor": 7, "moving": True}, {"actor": 3, "moving": False}]
+        scene = {"road_type": "street", "objects": objects}
         (vehicle / "training" / "scene" / f"{id}.json").write_text(json.dumps(scene))
         instant = {"drive": drive, "frame": frame}
         (tmp_path / "data" / "objects" / f"{id}.json").write_text(json.dumps(instant))

@@ -197,7 +197,7 @@ def random_boxes(draw: st.DrawFn) -> Boxes3D:
 
     corners = array(2, 2, least=-1e6, most=1e6)
     return Boxes3D(
-        location=array(3, least=-1000, most=1000),
+        location=array(3, least=-1000, most=1000) * (1.0, 0.1, 1.0),
         dimensions=array(3, least=1e-9, most=10),
         rotation_y=array(least=-math.pi, most=math.pi),
         score=array(least=-1e6, most=1e6),
@@ -261,6 +261,8 @@ IMPOSSIBLE = {
     "a kilometre high": (8, "1001"),
     "a kilometre to the left": (11, "-1000.5"),
     "a kilometre ahead": (13, "1001"),
+    "in the sky": (12, "-100.5"),
+    "below the road": (12, "101"),
     "rotated beyond a turn": (14, "-13"),
 }
 
@@ -294,6 +296,8 @@ def test_every_number_of_a_line_has_bounds(tmp_path: Path) -> None:
         for value in (
             "-1e5",
             "-1000.1",
+            "-999",
+            "-100.1",
             "-11",
             "-9",
             "-4",
@@ -302,6 +306,8 @@ def test_every_number_of_a_line_has_bounds(tmp_path: Path) -> None:
             "7",
             "11",
             "60",
+            "100.1",
+            "999",
             "1000.1",
             "1e7",
         ):
@@ -312,6 +318,14 @@ def test_every_number_of_a_line_has_bounds(tmp_path: Path) -> None:
             if value == "1e7":
                 with pytest.raises(DataError):
                     read_labels(path)
+
+
+@pytest.mark.parametrize("place", ["-999 -999 -999", "-1000 -999 -1000", "999 999 999"])
+def test_other_signs_of_no_place_are_no_places(place: str, tmp_path: Path) -> None:
+    """A car that drove by such detections would take the road for free."""
+    line = " ".join([*CAR[:11], place, CAR[14], "0.9"])
+    with pytest.raises(DataError, match="below the camera"):
+        read_detections(write(tmp_path, line))
 
 
 def test_angles_of_detectors_may_have_turns_too_many(tmp_path: Path) -> None:

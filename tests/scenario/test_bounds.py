@@ -162,3 +162,19 @@ def test_declarations_are_refused(declaration: str, tmp_path: Path) -> None:
     path.write_text(re.sub(r"<commonRoad", f"{declaration}\n<commonRoad", text, count=1))
     with pytest.raises(DataError, match=r"all\.xml:\d+: .*declares"):
         read_commonroad(path)
+
+
+@pytest.mark.parametrize("bad", ["6", 1j, np.ones(2), [1.0], {}], ids=repr)
+def test_what_is_no_number_is_no_number_of_a_problem(bad: Any) -> None:
+    """Comparing it would be an error of Python's, which names nothing."""
+    for name in ("x", "y", "velocity", "heading", "steering_angle", "step"):
+        with pytest.raises(PlanningError, match="expected a number"):
+            EgoState(**{name: bad})
+    with pytest.raises(PlanningError, match="length"):
+        Rectangle(bad, 2.0)
+    with pytest.raises(PlanningError, match="a time step of a goal is no number"):
+        Goal((0, bad))  # type: ignore[arg-type]
+
+
+def test_numpy_s_numbers_are_numbers() -> None:
+    assert EgoState(np.float32(1.0), np.int64(2), np.float64(3.0), step=np.int64(4)).y == 2  # type: ignore[arg-type]

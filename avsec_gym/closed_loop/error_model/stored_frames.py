@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,20 @@ from avsec_gym.closed_loop.error_model.fit import DetectedFrame
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import DetectionFolder, above
+from avsec_gym.storage.json_fields import check_fields
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.world.export.scene_file import actors_of, read_scene_file
 
 _REMEDY = "Make the data set anew with `avsec world make`."
 PERIOD = 0.1
 """Seconds between the frames of a drive of connected vehicles."""
+
+
+class _Instant(TypedDict):
+    """The place of an instant in its drive; the file has more."""
+
+    drive: int
+    frame: int
 
 
 def stored_frames(
@@ -61,20 +69,17 @@ def _place_in_drive(path: Path, id: str) -> tuple[str, float]:
     """The drive of a frame and the seconds since its start."""
     if not path.exists():
         return id, 0.0
-    instant = read_json_object(path, remedy=_REMEDY)
+    facts = read_json_object(path, remedy=_REMEDY)
     try:
-        return str(int(instant["drive"])), PERIOD * int(instant["frame"])
-    except (KeyError, TypeError, ValueError) as error:
+        check_fields(_Instant, facts)
+    except ValueError as error:
         raise DataError(f"The file is damaged: {error}.", path=path, remedy=_REMEDY) from error
+    return str(facts["drive"]), PERIOD * facts["frame"]
 
 
 def _actors(path: Path, count: int) -> NDArray[np.int64] | None:
     """The actor of each label line; None where they have no numbers."""
     if not path.exists():
         return None
-    objects: Sequence[Any] = read_json_object(path, remedy=_REMEDY).get("objects", ())
-    try:
-        numbers = np.array([int(each["actor"]) for each in objects], np.int64)
-    except (KeyError, TypeError, ValueError) as error:
-        raise DataError(f"The file is damaged: {error}.", path=path, remedy=_REMEDY) from error
-    return numbers if len(numbers) == count else None
+    numbers = actors_of(read_scene_file(path, remedy=_REMEDY))
+    return None if numbers is None or len(numbers) != count else np.array(numbers, np.int64)

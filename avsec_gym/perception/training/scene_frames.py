@@ -22,9 +22,8 @@ from avsec_gym.kitti.labels import read_labels
 from avsec_gym.kitti.layouts import KittiLayout, recognise
 from avsec_gym.kitti.raw import Drive, KittiRaw
 from avsec_gym.road_type import RoadType
-from avsec_gym.storage.json_fields import fits
-from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.export.manifest import read_manifest
+from avsec_gym.world.export.scene_file import read_scene_file
 
 _REMEDY = "`avsec world make --suite mixed --previous 3` or `--suite raw` makes such data."
 _VALIDATION = 4
@@ -60,7 +59,7 @@ class SceneFrame:
     @property
     def road_type(self) -> RoadType:
         """The type of the road, as the scene file states it."""
-        return RoadType(self._facts()["road_type"])
+        return RoadType(read_scene_file(self.facts, remedy=_REMEDY)["road_type"])
 
     def boxes(self) -> Boxes3D:
         """The labelled objects, `moving` set.
@@ -68,22 +67,15 @@ class SceneFrame:
         Raises:
             DataError: A file is broken, or labels and scene do not belong together.
         """
-        boxes, objects = read_labels(self.labels), self._facts()["objects"]
+        objects = read_scene_file(self.facts, remedy=_REMEDY)["objects"]
+        boxes = read_labels(self.labels)
         if len(objects) != len(boxes):
             raise DataError(
                 f"The scene has {len(objects)} objects, the labels {len(boxes)}.",
                 path=self.facts,
                 remedy=_REMEDY,
             )
-        return replace(boxes, moving=np.array([bool(fact["moving"]) for fact in objects], bool))
-
-    def _facts(self) -> dict[str, Any]:
-        facts = read_json_object(self.facts, remedy=_REMEDY)
-        if facts.get("road_type") not in list(RoadType) or not fits(
-            facts.get("objects"), list[dict[str, Any]]
-        ):
-            raise DataError("This is no scene file.", path=self.facts, remedy=_REMEDY)
-        return facts
+        return replace(boxes, moving=np.array([fact["moving"] for fact in objects], bool))
 
 
 @dataclass(frozen=True)

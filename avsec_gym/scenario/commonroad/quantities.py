@@ -15,6 +15,7 @@ from avsec_gym.scenario.bounds import (
     Bounds,
 )
 from avsec_gym.scenario.shapes import Polygon
+from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.xml_tree import Element
 
 BOUNDS: dict[str, Bounds] = {
@@ -69,7 +70,10 @@ def check_numbers(root: Element) -> None:
 def _check_area(polygon: Element, owner: Element) -> None:
     try:
         Polygon(
-            tuple((float(p.child("x").text), float(p.child("y").text)) for p in polygon.children)
+            tuple(
+                (plain_number(p.child("x").text), plain_number(p.child("y").text))
+                for p in polygon.children
+            )
         )
     except (PlanningError, ValueError) as error:
         polygon.refuse(f"in {owner.tag}, {error}", "Correct its points.")
@@ -77,7 +81,7 @@ def _check_area(polygon: Element, owner: Element) -> None:
 
 def _check(element: Element, text: str, bounds: Bounds, what: str) -> None:
     try:
-        value = float(text)
+        value = plain_number(text)
     except ValueError:
         element.refuse(f"{what} is {text[:40]!r}.", f"Write {bounds}.")
     try:

@@ -13,6 +13,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.label_folders import check_id, frame_ids
+from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.regular_files import is_folder, read_text
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.export.instants import ConnectedInstant, read_instant, shared_objects
@@ -114,7 +115,7 @@ def read_pose(path: str | Path) -> Floats:
     """
     words = read_text(path, most=_POSE_BYTES).split()
     try:
-        numbers = np.array([float(word) for word in words])
+        numbers = np.array([plain_number(word) for word in words])
         if numbers.shape != (12,) or not np.isfinite(numbers).all():
             raise ValueError
     except ValueError:

@@ -16,13 +16,12 @@ from avsec_gym.kitti.raw import VELODYNE
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.timestamps import write_timestamps
 from avsec_gym.kitti.writing import write_drive_records, write_raw_frame
-from avsec_gym.storage.json_fields import fits
-from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Sweep, render
 from avsec_gym.world.drives import STEP, DriveScenes, drive_scenes
 from avsec_gym.world.export.frame_files import label_lines, write_truth
 from avsec_gym.world.export.recipe import Sensors, whole_number
+from avsec_gym.world.export.scene_file import actors_of, read_scene_file
 from avsec_gym.world.export.tracks import Sighting, tracklets_of
 
 DATE = "2026_01_01"
@@ -150,14 +149,14 @@ def _sightings(folder: Path, path: Path) -> list[Sighting]:
     """Who is labelled in a frame, from its label and scene files."""
     boxes = read_labels(path)
     place = folder / "scene_02" / "data" / f"{path.stem}.json"
-    objects = read_json_object(place, remedy=_AGAIN).get("objects")
-    if objects is None or not fits(objects, list[dict[str, Any]]) or len(objects) != len(boxes):
+    actors = actors_of(read_scene_file(place, remedy=_AGAIN))
+    if actors is None or len(actors) != len(boxes):
         raise DataError("The scene is not that of the labels.", path=place, remedy=_AGAIN)
     assert boxes.occlusion is not None, "labels have it"
     assert boxes.truncation is not None, "labels have it"
     return [
-        Sighting(each["actor"], int(occlusion), float(truncation))
-        for each, occlusion, truncation in zip(
-            objects, boxes.occlusion, boxes.truncation, strict=True
+        Sighting(actor, int(occlusion), float(truncation))
+        for actor, occlusion, truncation in zip(
+            actors, boxes.occlusion, boxes.truncation, strict=True
         )
     ]

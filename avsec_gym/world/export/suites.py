@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.road_type import RoadType
-from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Sweep, render
@@ -18,6 +17,7 @@ from avsec_gym.world.export.connected import ConnectedVehicles, Connection
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.raw_drives import RawDrives
 from avsec_gym.world.export.recipe import Recipe, Sensors, whole_number
+from avsec_gym.world.export.scene_file import read_scene_file
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.motion import with_ego_speed
 from avsec_gym.world.posed_scenes import posed_scene_of_layout
@@ -176,10 +176,6 @@ def write_lists(root: Path) -> None:
     rows = ["img_name,label"]
     for id in ids:
         scene = training / "scene" / f"{id}.json"
-        road_type = read_json_object(scene, remedy=_AGAIN).get("road_type")
-        if road_type not in list(RoadType):
-            raise DataError(
-                f"The scene has the road type {road_type!r:.40}.", path=scene, remedy=_AGAIN
-            )
+        road_type = read_scene_file(scene, remedy=_AGAIN)["road_type"]
         rows.append(f"{id}.png,{int(road_type == RoadType.STREET)}")
     write_text(training / "road_type.csv", "\n".join(rows) + "\n", overwrite=True)

@@ -13,7 +13,7 @@ from avsec_gym.kitti.raw import Drive
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import labelled_scene
-from avsec_gym.storage.json_files import read_json
+from avsec_gym.world.export.scene_file import read_scene_file
 
 
 def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
@@ -44,11 +44,7 @@ def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
         return Scene(id, standing, RoadType.STREET, seed, number)
     flags = _place(frame.origin, "moving", f"{frame.id}.txt")
     about = _place(frame.origin, "scene", f"{frame.id}.json")
-    try:
-        road_type = RoadType(read_json(about, remedy="Make the drive anew.")["road_type"])
-    except (ValueError, KeyError, TypeError) as error:
-        remedy = "Make the drive anew."
-        raise DataError("The file names no road type.", path=about, remedy=remedy) from error
+    road_type = RoadType(read_scene_file(about, remedy="Make the drive anew.")["road_type"])
     scene, _ = labelled_scene(labels, flags, road_type, seed, str(road_type))
     return replace(scene, id=id, number=number)
 

@@ -87,6 +87,8 @@ class _Layout:
                 f"{len(words)} follow the header"
             )
         try:
+            if b"_" in body:  # Python groups digits so, files do not.
+                raise ValueError("digits that are grouped")
             numbers = np.array(words, dtype="S").astype(np.float64).reshape(self.points, row)
         except ValueError as error:
             raise _BrokenError(f"It holds what is no number ({str(error)[:80]})") from error
