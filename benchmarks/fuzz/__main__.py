@@ -193,7 +193,8 @@ def _copied(sound: Path, folder: Path) -> Path:
 
 def _pipes(folder: str, names: list[str]) -> list[str]:
     """What cannot be copied: pipes, and files of 64 GiB."""
-    return [n for n in names if not (p := Path(folder, n)).is_file() or p.stat().st_size > 2**30]
+    paths = [path for name in names if not (path := Path(folder, name)).is_dir()]
+    return [path.name for path in paths if not path.is_file() or path.stat().st_size > 2**30]
 
 
 if __name__ == "__main__":

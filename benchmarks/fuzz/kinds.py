@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import connected_files
+import driving_files
 import impossible
 import sound_files
 import tiny_run
+import world_files
 from mutate_bytes import BYTES, Mutator
 from mutate_containers import CHECKPOINT, NPZ, PNG, SAFETENSORS, SQLITE
+from mutate_other_trees import JSON_LINES, YAML
 from mutate_text import TEXT
 from mutate_trees import JSON, XML
 
@@ -262,17 +265,32 @@ def _likelihood(folder: Path) -> Any:
 
 
 def _validation_rows(folder: Path) -> Any:
-    from avsec_gym.validation.validation_folder import ValidationFolder
+    from avsec_gym.commands.validation_line import validation_line
+    from avsec_gym.validation.validation_folder import ValidationFolder, summary
 
-    return ValidationFolder(folder, {"seed": 0}).rows
+    # As `avsec validate` does, which goes on with them: every line, and their sum.
+    rows = ValidationFolder(folder, sound_files.VALIDATION).rows
+    return [validation_line(row) for row in rows.values()], summary(rows)
 
 
 def _make_validation_rows(folder: Path) -> None:
     from avsec_gym.validation.validation_folder import ValidationFolder
 
-    results = ValidationFolder(folder, {"seed": 0})
-    for number in range(3):
-        results.add({"id": f"{number:06d}", "attacked": ["camera 2"], "e": [0.1, 0.4]})
+    results = ValidationFolder(folder, sound_files.VALIDATION)
+    for row in sound_files.validation_rows():
+        results.add(row)
+
+
+def _samples(folder: Path) -> Any:
+    """As a fit that was stopped and goes on does: of frames that are all measured."""
+    from avsec_gym.sensor_system import SensorSystem
+    from avsec_gym.storage.json_lines import JsonLines
+    from avsec_gym.validation.fitting import KeptSample, check_samples
+
+    path = folder / "samples.jsonl"
+    rows = JsonLines(path, KeptSample).rows
+    check_samples(rows, (len(SensorSystem(("lidar", 3, 2)).triples), 4), path)
+    return rows
 
 
 def _object_root(folder: Path) -> Any:
@@ -363,7 +381,10 @@ KINDS = {
         Kind("run manifest", "manifest.json", sound_files.run, tiny_run.look, _LINES | JSON),
         Kind("validation record", "validation.json", _make_validation_rows, _validation_rows,
              _LINES | JSON),
-        Kind("validation rows", "frames.jsonl", _make_validation_rows, _validation_rows, _LINES),
+        Kind("validation rows", "frames.jsonl", _make_validation_rows, _validation_rows,
+             _LINES | JSON_LINES, impossible.finite),
+        Kind("fit samples", "samples.jsonl", _at(sound_files.samples, "samples.jsonl"), _samples,
+             _LINES | JSON_LINES, impossible.finite),
         Kind("thresholds", "thresholds.json", _at(sound_files.thresholds, "thresholds.json"),
              _thresholds, _LINES | JSON, impossible.shares),
         Kind("likelihood", "likelihood.json", _at(sound_files.likelihood, "likelihood.json"),
@@ -377,7 +398,7 @@ KINDS = {
         Kind("training checkpoint", "checkpoint.pt", sound_files.training, _training,
              BYTES | CHECKPOINT),
         Kind("training curves", "curves.jsonl", _at(sound_files.json_lines, "curves.jsonl"),
-             _curves, _LINES),
+             _curves, _LINES | JSON_LINES),
         Kind("patch", "patch.safetensors", _at(sound_files.patch, "patch.safetensors"), _patch,
              BYTES | SAFETENSORS, impossible.finite),
         Kind("patch card", "patch.json", _at(sound_files.patch, "patch.safetensors"), _patch,
@@ -393,12 +414,40 @@ KINDS = {
         Kind("count message", connected_files.MESSAGE, connected_files.count_message,
              connected_files.read_count_message, BYTES, impossible.finite),
         Kind("opv2v annotations", f"{connected_files.SCENARIO}.yaml", connected_files.opv2v,
-             connected_files.read_opv2v, _LINES, impossible.finite),
+             connected_files.read_opv2v, _LINES | YAML, impossible.finite),
         Kind("opv2v points", f"{connected_files.SCENARIO}.pcd", connected_files.opv2v,
              connected_files.read_opv2v, _LINES, impossible.finite),
         Kind("opv2v binary points", f"{connected_files.SCENARIO}.pcd",
              connected_files.opv2v_binary, connected_files.read_opv2v, BYTES, impossible.finite),
         Kind("object scan", "car.npz", _at(sound_files.object_scan, "car.npz"), _object_scan,
              BYTES | NPZ, impossible.finite),
+        Kind("scene file", f"training/scene/{world_files.FRAME}.json", world_files.labelled_scene,
+             world_files.read_labelled_scene, _LINES | JSON, impossible.finite),
+        Kind("vehicle's scene file", f"vehicle_0/training/scene/{world_files.FRAME}.json",
+             world_files.instant, world_files.read_instant, _LINES | JSON, impossible.finite),
+        Kind("instant", f"objects/{world_files.FRAME}.json", world_files.instant,
+             world_files.read_instant, _LINES | JSON, impossible.finite),
+        Kind("pose", "pose.txt", world_files.pose, world_files.read_pose, _LINES,
+             impossible.finite),
+        Kind("driven commonroad", "scenario.xml", world_files.commonroad_folder,
+             world_files.drive_with, _LINES | XML, impossible.finite),
+        Kind("drive record", "drives.json", driving_files.drives, driving_files.read_drives,
+             _LINES | JSON),
+        Kind("drive rows", "drives.jsonl", driving_files.drives, driving_files.read_drives,
+             _LINES | JSON_LINES),
+        Kind("drive seconds", "seconds.jsonl", driving_files.drives, driving_files.read_drives,
+             _LINES | JSON_LINES),
+        Kind("drive film", "films/truth_a_left.npz", driving_files.drives,
+             driving_files.read_drives, BYTES | NPZ, impossible.finite),
+        Kind("agent configuration", "sac.yml", driving_files.agent_configuration,
+             driving_files.read_agent_configuration, _LINES | YAML),
+        Kind("agent settings", "agent/config.yml", driving_files.agent, driving_files.read_agent,
+             _LINES | YAML),
+        Kind("agent card", "agent/card.json", driving_files.agent, driving_files.read_agent,
+             _LINES | JSON),
+        Kind("agent weights", "agent/weights.safetensors", driving_files.agent,
+             driving_files.read_agent, BYTES | SAFETENSORS, impossible.finite),
+        Kind("agent checkpoint", "agent/checkpoint.safetensors", driving_files.agent,
+             driving_files.read_training, BYTES | SAFETENSORS),
     )
 }  # fmt: skip

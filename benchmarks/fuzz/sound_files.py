@@ -31,6 +31,7 @@ TRACKS = "".join(
     for track, x in ((0, 2.73), (1, -3.5))
 )
 
+VALIDATION = {"sensors": ["lidar", 3, 2], "seed": 0}
 WORLD_SETTINGS = {"suite": "mixed", "frames": 1, "seed": 0}
 
 
@@ -231,6 +232,33 @@ def data_set(folder: Path) -> None:
     files = list_files(folder)
     manifest = new_manifest(WORLD_SETTINGS)
     write_manifest(folder, {**manifest, "complete": True, "files": files})
+
+
+def validation_rows() -> list[dict[str, object]]:
+    """Of three frames: sound, an alarm by thresholds, and one by a likelihood."""
+    usual: dict[str, object] = {
+        "alarm": False, "attacked": [], "truly_attacked": [], "probabilities": None,
+        "statuses": {"lidar": "sound", "3": "sound", "2": "sound"},
+        "shares": {"lidar,3,2": {"error": 0.1, "hole_share": 0.2}}, "exceeded": [], "damage": {},
+        "seconds": 0.4, "locating_seconds": None,
+    }  # fmt: skip
+    alarm = {
+        "alarm": True, "attacked": [3], "truly_attacked": [3],
+        "statuses": {"lidar": "sound", "3": "attacked", "2": "cannot tell"},
+        "damage": {"3": {"share_of_pixels": 0.25}}, "locating_seconds": 0.1,
+    }  # fmt: skip
+    share = {"sensors": ["lidar", 3, 2], "share": "densest", "value": 0.4, "threshold": 0.2}
+    return [
+        {"id": "000000", **usual},
+        {"id": "000001", **usual, **alarm, "exceeded": [share]},
+        {"id": "000002", **usual, **alarm, "probabilities": {"lidar": 0.1, "3": 0.9, "2": 0.5}},
+    ]
+
+
+def samples(path: Path) -> None:
+    """What was measured of three clean frames."""
+    rows = [{"id": f"{n:06d}", "measured": [[0.1, 0.2, 0.05, n / 10]]} for n in range(3)]
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
 
 
 def label_list(path: Path) -> None:
