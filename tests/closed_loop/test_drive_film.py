@@ -105,7 +105,7 @@ def test_each_array_is_of_its_kind_and_shape(
     path = tmp_path / "film.npz"
     arrays = _changed(name, change)
     np.savez(path, **arrays)
-    with pytest.raises(DataError, match=r"film\.npz: This is no film of a drive: "):
+    with pytest.raises(DataError, match=r"film\.npz: .*(no film of a drive|no plain array)"):
         read_film(path)
 
 
@@ -123,7 +123,7 @@ def test_each_array_is_of_its_kind_and_shape(
         ("times", 20, 1e9, "one after the other"),
         ("times", 0, -1.0, "one after the other"),
         ("bound_of", 3, 3, "lacks a bound"),
-        ("bound_of", 3, 0, "lacks a bound"),
+        ("bound_of", slice(2, None), 0, "lacks a bound"),
         ("believed_at", 0, 21, "believed_at names"),
         ("believed_at", 0, -1, "believed_at names"),
         ("planned", 4, 10**12, "planned names"),

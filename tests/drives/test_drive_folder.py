@@ -56,12 +56,13 @@ def test_so_is_one_with_something_else(name: str, value: Any, tmp_path: Path) ->
 
 
 def test_a_row_is_of_a_drive_that_was_asked_for(tmp_path: Path) -> None:
-    write(tmp_path, {**ROW, "setting": "far", "id": "far/a/left"})
+    far, other = tmp_path / "far", tmp_path / "other"
+    write(far, {**ROW, "setting": "far", "id": "far/a/left"})
     with pytest.raises(DataError, match="is of the setting 'far'"):
-        DriveFolder(tmp_path, RECORD)
-    write(tmp_path, {**ROW, "scenario": "b"})
+        DriveFolder(far, RECORD)
+    write(other, {**ROW, "scenario": "b"})
     with pytest.raises(DataError, match="the scene 'b'"):
-        DriveFolder(tmp_path, RECORD)
+        DriveFolder(other, RECORD)
 
 
 @pytest.mark.parametrize("seconds", [None, "0.5", [1], True])
