@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import tyro
 
 from avsec_gym import console
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 
 _MOST_LAYOUTS = 100_000
 
@@ -38,7 +38,8 @@ class Draw:
     seed: int = 0
     """Of speeds and layouts."""
     out: Path | None = None
-    """The PNG; default: named after scene and intention, in this folder."""
+    """The PNG; or .rrd, a recording over time for the Rerun viewer (extra `rerun`).  Default: a PNG
+    named after scene and intention, in this folder."""
     overwrite: bool = False
     """Replace a file that is there."""
 
@@ -80,6 +81,15 @@ class Draw:
             known[self.scene], Intention(self.intention), believed, motion, planner
         )
         path = self.out or Path(f"{self.scene}_{self.intention}.png")
-        save_picture(draw_drive(shown), path, overwrite=self.overwrite)
+        if path.suffix == ".rrd":
+            from avsec_gym.drawing.rerun_scene import write_scene_recording
+
+            if path.exists() and not self.overwrite:
+                raise DataError(
+                    "the file exists.", path=path, remedy="Name another, or use --overwrite."
+                )
+            write_scene_recording(shown, path)
+        else:
+            save_picture(draw_drive(shown), path, overwrite=self.overwrite)
         console.say(f"{path}: {shown.record.outcome}; {shown.plan.explanation}")
         return console.DONE

@@ -14,7 +14,10 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.film_strip import Shown
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project, transform_points
+from avsec_gym.pipeline import run_episode
 from avsec_gym.rig import kitti_rig
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene_sets import procedural_scenes
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
 from avsec_gym.validation.connected.regions import Regions
@@ -31,6 +34,7 @@ from avsec_gym.drawing import (  # noqa: E402
     rerun_drives,
     rerun_frame,
     rerun_instant,
+    rerun_scene,
     rerun_stream,
 )
 from tests.drawing.test_film_picture import film  # noqa: E402
@@ -67,7 +71,7 @@ def heard(monkeypatch: pytest.MonkeyPatch) -> list[Heard]:
             every.append(Heard(stream))
             yield every[-1]
 
-    for module in (rerun_alarm, rerun_drives, rerun_frame, rerun_instant):
+    for module in (rerun_alarm, rerun_drives, rerun_frame, rerun_instant, rerun_scene):
         monkeypatch.setattr(module, "recording", recording)
     return every
 
@@ -177,6 +181,24 @@ def test_an_alarm_shows_the_damage_and_says_what_is_attacked(
     assert text.startswith("alarm\n- LiDAR: attacked, 25 points\n")
     assert "- camera 2: sound" in text
     assert text.endswith("what decides here was drives")
+
+
+def test_a_scene_moves_as_it_was_planned(heard: list[Heard], tmp_path: Path) -> None:
+    scene = procedural_scenes(10).scenes[3]
+    planned = run_episode(scene, Intention.LEFT)
+    assert planned.plan.trajectory is not None
+    path = tmp_path / "scene.rrd"
+    rerun_scene.write_scene_recording(planned, path)
+    assert path.read_bytes()[:3] == b"RRF"
+    assert heard[0].instants == len(planned.plan.trajectory)
+    logged = heard[0].of
+    way = values(logged["trajectory", "LineStrips3D"].strips).reshape(-1, 3)
+    np.testing.assert_allclose(way[:, :2], planned.plan.trajectory[:, :2], atol=1e-5)
+    # The car was logged last where it ended.
+    car = values(logged["car", "LineStrips3D"].strips).reshape(-1, 3)[:4, :2]
+    np.testing.assert_allclose(car.mean(axis=0), planned.plan.trajectory[-1, :2], atol=1e-4)
+    (text,) = values(logged["outcome", "TextDocument"].text).tolist()
+    assert text.startswith(f"{planned.record.outcome}: ")
 
 
 def test_drives_are_on_one_timeline(heard: list[Heard], tmp_path: Path) -> None:
