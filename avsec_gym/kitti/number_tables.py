@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.text_files import read_text
 
 _LARGEST = 1e6
@@ -35,7 +36,7 @@ def read_numbers(path: str | Path, columns: int) -> Floats:
             problem = f"A line holds {columns} numbers, this one {len(words)}."
             raise DataError(problem, path=path, line=i + 1, remedy=_AGAIN)
         try:
-            table[i] = [float(word) for word in words]
+            table[i] = [plain_number(word) for word in words]
         except ValueError as error:
             problem = f"A line holds something that is not a number ({error})."
             raise DataError(problem, path=path, line=i + 1, remedy=_AGAIN) from error

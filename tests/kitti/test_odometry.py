@@ -80,6 +80,9 @@ def test_what_lacks_is_named(odometry_root: Path) -> None:
     (sequence.folder / "times.txt").write_text("0\nsoon\n")
     with pytest.raises(DataError, match=r"times.txt:2: .*not a number"):
         _ = sequence.times
+    (sequence.folder / "times.txt").write_text("0\n1_000\n")  # A number in Python's source alone.
+    with pytest.raises(DataError, match=r"times.txt:2: .*not a number"):
+        _ = sequence.times
     with pytest.raises(DataError, match="There is no sequence 04"):
         KittiOdometry(odometry_root).sequence("04")
     with pytest.raises(DataError, match="Nothing of the KITTI odometry layout"):
