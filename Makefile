@@ -39,6 +39,7 @@ lint: .venv/installed
 
 bench: .venv/installed
 	$(BIN)/python benchmarks/ghost_object.py
+	$(BIN)/python benchmarks/closed_loop.py
 	$(BIN)/python benchmarks/evaluate.py
 	$(BIN)/python benchmarks/layouts.py
 	$(BIN)/python benchmarks/validation.py

@@ -7,7 +7,10 @@ import threading
 import time
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import flag, number, shown, whole_number
 from avsec_gym.errors import ConfigurationError, PlanningError
@@ -25,6 +28,7 @@ from avsec_gym.planners.search_state import (
     GOAL_NODE,
     SearchState,
     grown,
+    move,
     new_state,
 )
 from avsec_gym.planners.search_tree import search_tree
@@ -36,6 +40,8 @@ _LEAST_TIME = 1e-9
 """Seconds: a limit of 0 would plan nothing."""
 _ROOM = 2048
 """Nodes to make room for at first."""
+_MOST_KEPT = 2**19
+"""Nodes up to which memory is kept for later searches: all sizes together take 90 MB at most."""
 _FEW = 16
 """So many obstacles are faster kept than sorted out."""
 _memories = threading.local()
@@ -235,7 +241,7 @@ class MotionPrimitivePlanner:
             if now - begun > self.time_limit or state.counters[EXPANDED] >= self.node_limit:
                 return PAUSED, trajectory, state
             if outcome == FULL:
-                state = grown(state, problem.primitives.end_class)
+                state = _more_memory(state, problem.primitives.end_class)
             else:
                 nodes = min(2 * nodes, max(1, int(nodes * _SLICE / (now - paused))))
             paused = time.perf_counter()
@@ -252,8 +258,23 @@ def _empty_memory(reference: bool) -> SearchState:
     return state
 
 
+def _more_memory(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
+    """`grown`, into what an earlier search of this thread left: new memory costs most of the time.
+
+    Each size is kept apart, so that small searches have small memory to empty.
+    """
+    nodes, slots = 2 * len(state.key), 2 * len(state.table)
+    if nodes > _MOST_KEPT:
+        return cast(SearchState, grown(state, end_class))
+    kept: dict[tuple[int, int], SearchState] = vars(_memories).setdefault("larger", {})
+    if (nodes, slots) not in kept:
+        kept[nodes, slots] = new_state(nodes, slots)
+    move(state, kept[nodes, slots], end_class)
+    return kept[nodes, slots]
+
+
 def _load_kernels(problem: Problem, parts: tuple[Any, ...], world: CollisionWorld) -> None:
     """Compile them, or load them from disk: once in a process, and no part of a search's time."""
     state = new_state(_ROOM, 2)
     advance(parts, tuple(world), tuple(state), 0)
-    grown(state, problem.primitives.end_class)
+    move(state, grown(state, problem.primitives.end_class), problem.primitives.end_class)

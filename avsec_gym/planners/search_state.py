@@ -89,11 +89,19 @@ def add_start(state: SearchState, start: Floats, step: int, at_goal: bool) -> No
 @kernel(nogil=True)
 def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
     """The same memory with twice the room; closed nodes get new slots, all else keeps its place."""
-    used, queued = state.counters[NODES], state.counters[QUEUED]
     new = new_state(2 * state.key.shape[0], 2 * state.table.shape[0])
+    move(state, new, end_class)
+    return new
+
+
+@kernel(nogil=True)
+def move(state: SearchState, new: SearchState, end_class: NDArray[np.int64]) -> None:
+    """Move everything into memory with more room, whatever was in that."""
+    used, queued = state.counters[NODES], state.counters[QUEUED]
     new.pose[:used], new.link[:used] = state.pose[:used], state.link[:used]
     new.key[:queued], new.item[:queued] = state.key[:queued], state.item[:queued]
     new.counters[:] = state.counters
+    new.table[:] = -1
     mask = new.table.shape[0] - 1
     for i in range(state.table.shape[0]):
         node = state.table[i]
@@ -102,7 +110,6 @@ def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
             while new.table[slot] >= 0:
                 slot = (slot + 1) & mask
             new.table[slot] = node
-    return new
 
 
 @kernel(nogil=True)

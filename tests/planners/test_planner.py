@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +15,7 @@ from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.planners.primitives import generate_primitives
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import to_commonroad
@@ -158,3 +160,28 @@ def test_problems_that_cannot_be_posed() -> None:
         planner.plan(replace(scenario, dt=0.2))
     with pytest.raises(PlanningError, match="no primitive"):
         planner.plan(replace(scenario, start=EgoState(velocity=6.0, steering_angle=0.05)))
+
+
+def test_what_earlier_searches_left_in_memory_changes_nothing() -> None:
+    """A thread has memory of its own: in a new one, a problem is searched in fresh memory."""
+    across = np.array([[13.0, y, np.pi / 2] for y in np.arange(-30.0, 31.0, 4.0)])
+    location, rotation_y = ego_to_camera(across, 1.65)
+    count = len(across)
+    sizes = np.tile([1.5, 1.7, 4.1], (count, 1))
+    wall = Boxes3D(location, sizes, rotation_y, np.ones(count), np.full(count, "Car"))
+    hard = build_planning_scenario(wall, speeds=np.zeros(count), start_speed=6.0)
+    planner = MotionPrimitivePlanner(
+        primitives=generate_primitives((2.0, 4.0, 6.0, 8.0), steering_angles=21),
+        node_limit=4000,
+        keep_tree=True,
+    )
+
+    def searched(scenario: PlanningScenario) -> tuple[Any, ...]:
+        plan = planner.plan(scenario, explain=False)
+        return plan.status, plan.expanded, plan.tree
+
+    for scenario in (hard, built(4), hard):
+        with ThreadPoolExecutor(1) as fresh:
+            expected = fresh.submit(searched, scenario).result()
+        np.testing.assert_equal(searched(scenario), expected)
+    assert len(searched(hard)[2]) > 2048  # More than there is room for at first.
