@@ -25,3 +25,24 @@ def test_a_damaged_file_is_read_soundly_or_refused_by_name() -> None:
     assert done.returncode == 0
     # Neither is everything refused, nor is everything read.
     assert min(result["total"]["read"], result["total"]["refused"]) > 20
+
+
+def test_a_stopped_fuzz_goes_on_after_the_kinds_that_were_done(tmp_path: Path) -> None:
+    done = tmp_path / "done.jsonl"
+
+    def fuzz(seed: int) -> str:
+        command = [sys.executable, str(FUZZ), "--files", "3", "--seed", str(seed)]
+        command += ["--kinds", "split", "--done", str(done)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=300).stdout
+
+    first = fuzz(1)
+    assert fuzz(1) == first
+    assert len(done.read_text().splitlines()) == 1
+    # What was found with another seed does not count.
+    assert json.loads(fuzz(2))["seed"] == 2
+    assert len(done.read_text().splitlines()) == 2
+    # A kept line is believed, so that nothing is done twice.
+    row = json.loads(done.read_text().splitlines()[0])
+    row["counts"] = {"read": 41}
+    done.write_text(json.dumps(row) + "\n")
+    assert json.loads(fuzz(1))["total"]["read"] == 41

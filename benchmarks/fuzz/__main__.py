@@ -1,12 +1,16 @@
 """Damages files of every kind that users give, and counts what becomes of them; prints JSON.
 
     python benchmarks/fuzz --files 1000 --seed 7 [--kinds label scan] [--keep DIR] [--out FILE]
+                           [--done FILE]
 
 Each file is a sound one that one to three mutators changed, or that something else replaces. A
 process reads it as the commands do. Allowed outcomes are ``read``, where what was read is possible,
 and ``refused``, by an error of this project that names the file. Everything else is a fault, and
 ends with exit code 1: ``traceback`` (another error), ``impossible`` (read, though it holds what no
 sound file holds), ``nameless`` (refused without a name), ``memory``, ``hang``, ``died``.
+
+Stopped, and given the same command with ``--done``, it goes on after the kinds that were done, if
+no source has changed since.
 """
 
 from __future__ import annotations
@@ -25,6 +29,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from done import DoneKinds
 from kinds import KINDS, Kind
 from page import page
 from reader import MOST_MEMORY
@@ -50,16 +55,23 @@ def main() -> int:
     parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
     parser.add_argument("--jobs", type=int, default=2, help="kinds at once")
     parser.add_argument("--keep", type=Path, help="folder for the files with a fault")
+    parser.add_argument("--done", type=Path, help="file that keeps what is done")
     parser.add_argument("--out", type=Path, help="file for the JSON, and a page beside it")
     arguments = parser.parse_args()
     begun = time.monotonic()
     counts, faults = {}, []
+    done = DoneKinds(arguments.done, files=arguments.files, seed=arguments.seed)
+
+    def counted(name: str) -> tuple[Counter[str], list[dict[str, Any]]]:
+        if (known := done.get(name)) is not None:
+            return known
+        found = fuzz(KINDS[name], arguments.files, arguments.seed, arguments.keep)
+        done.add(name, *found)
+        return found
+
     # A thread for each kind that is under way: the reading is done in processes.
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        results = pool.map(
-            lambda name: fuzz(KINDS[name], arguments.files, arguments.seed, arguments.keep),
-            arguments.kinds,
-        )
+        results = pool.map(counted, arguments.kinds)
         for number, (name, (found, wrong)) in enumerate(
             zip(arguments.kinds, results, strict=True), 1
         ):
