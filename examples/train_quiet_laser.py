@@ -186,7 +186,8 @@ def interval(flags: np.ndarray, trained: bool) -> tuple[float, float]:
     """
     seeds, situations = flags.shape
     rate = float(flags.mean())
-    low, high = share_of(flags.T, list(map(str, range(situations))))["interval"]
+    of_situations = share_of(flags.T, list(map(str, range(situations))))
+    low, high = of_situations.interval or (0.0, 1.0)
     if trained and seeds > 1:
         spread = t.ppf(0.975, seeds - 1) * flags.mean(axis=1).std(ddof=1) / np.sqrt(seeds)
         low = max(0.0, rate - np.hypot(rate - low, spread))

@@ -72,7 +72,7 @@ def test_frames_become_figures_pictures_and_a_page(kitti: Path, tmp_path: Path) 
     assert names == {"oracle_precision.png", *pictures}
     text = page({"detectors": result})
     assert "| `oracle` | all | 6 | 100.0 | 100.0 | 100.0 | 100.0 |" in text
-    assert "No card tells" in text
+    assert "No card states" in text
     assert "None" not in text
     assert "nan" not in text
 
