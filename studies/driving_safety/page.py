@@ -11,14 +11,14 @@ from avsec_gym.scenario.scene_sets import WITHOUT_CARS
 
 _RATES = ("success", "collision", "safe driving", "swept collision")
 _NAMES = {Algorithm.ASTAR: "A*", Algorithm.GBFS: "GBFS"}
+_THESIS = {
+    (str(planner), str(intention)): rate
+    for (planner, intention), rate in SAFE_DRIVING_WITH_GROUND_TRUTH.items()
+}
 
 
 def page(results: dict[str, Any]) -> str:
     """The results as Markdown."""
-    truth = results["ground_truth"]
-    thesis = {(str(a), str(i)): v for (a, i), v in SAFE_DRIVING_WITH_GROUND_TRUTH.items()}
-    detected = [row for row in results["detections"] if row["planner"] == "astar"]
-    seeds = [row["seed"] for row in results["speeds_of_others"]]
     lines = [
         "# Driving safety on the labelled scenarios of KITTI",
         "",
@@ -33,12 +33,41 @@ def page(results: dict[str, Any]) -> str:
         " [--detections DIR]`. Rates in %, with 95 % Wilson intervals; numbers in"
         " [driving_safety.json](driving_safety.json).",
         "",
+        *_ground_truth(results["ground_truth"]),
+        *_less_known(results),
+        *_towards_the_thesis(results["other_planners"]),
+        "### Start speeds drawn from the thesis' ranges",
+        "",
+        "Uniform in 22..29 km/h (street) and 40..47 km/h (highway), kept exactly, with primitives"
+        " that start there (`--draw-start-speed`).",
+        "",
+        *_table(
+            ["planner", "intention", "success", "collision", "safe driving"],
+            [[*_head(row), *_three(row)] for row in results["drawn_start_speeds"]],
+        ),
+        "",
+        *_detector(results),
+        *_beside_truth(results),
+        "### Score thresholds (A*, safe driving)",
+        "",
+        *_sweep_table(results["sweep"]),
+        "",
+        "## Remarks on the data",
+        "",
+        *(f"- {remark}" for remark in results["remarks"]),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _ground_truth(truth: list[dict[str, Any]]) -> list[str]:
+    """Rates, means and reasons where the planner is given what is really there."""
+    return [
         "## Ground truth in",
         "",
         *_table(
             ["planner", "intention", *_RATES, "thesis, safe"],
             [
-                [*_head(row), *_four(row), f"{100 * thesis[row['planner'], row['intention']]:.1f}"]
+                [*_head(row), *_four(row), f"{100 * _THESIS[row['planner'], row['intention']]:.1f}"]
                 for row in truth
             ],
         ),
@@ -69,6 +98,13 @@ def page(results: dict[str, Any]) -> str:
             [[*_head(row), _reasons(row)] for row in truth],
         ),
         "",
+    ]
+
+
+def _less_known(results: dict[str, Any]) -> list[str]:
+    """The rates by group, and those without knowledge of the motion."""
+    seeds = [row["seed"] for row in results["speeds_of_others"]]
+    return [
         "### By group of scenarios (A*, safe driving)",
         "",
         *_group_table(results),
@@ -85,6 +121,12 @@ def page(results: dict[str, Any]) -> str:
         "The speeds of the moving objects are drawn from a seed. The safe driving rate of A* over"
         f" the seeds {min(seeds)} to {max(seeds)}: " + _spread(results["speeds_of_others"]) + ".",
         "",
+    ]
+
+
+def _towards_the_thesis(rows: list[dict[str, Any]]) -> list[str]:
+    """The rates with planners that are, step by step, more like the authors'."""
+    return [
         "### Why the rates lie above the thesis'",
         "",
         "Step by step towards what the authors used, A*. They give two sets of street primitives,"
@@ -96,27 +138,20 @@ def page(results: dict[str, Any]) -> str:
             [
                 [
                     variant,
-                    *(
-                        _rate(row, "safe_driving_rate")
-                        for row in results["other_planners"]
-                        if row["variant"] == variant
-                    ),
+                    *(_rate(row, "safe_driving_rate") for row in rows if row["variant"] == variant),
                 ]
-                for variant in dict.fromkeys(row["variant"] for row in results["other_planners"])
+                for variant in dict.fromkeys(row["variant"] for row in rows)
             ]
-            + [["thesis", *(f"{100 * thesis['astar', str(i)]:.1f}" for i in Intention)]],
+            + [["thesis", *(f"{100 * _THESIS['astar', str(i)]:.1f}" for i in Intention)]],
         ),
         "",
-        "### Start speeds drawn from the thesis' ranges",
-        "",
-        "Uniform in 22..29 km/h (street) and 40..47 km/h (highway), kept exactly, with primitives"
-        " that start there (`--draw-start-speed`).",
-        "",
-        *_table(
-            ["planner", "intention", "success", "collision", "safe driving"],
-            [[*_head(row), *_three(row)] for row in results["drawn_start_speeds"]],
-        ),
-        "",
+    ]
+
+
+def _detector(results: dict[str, Any]) -> list[str]:
+    """The rates with detections as input."""
+    detected = [row for row in results["detections"] if row["planner"] == "astar"]
+    return [
         f"## A real detector in: {results['detector']}",
         "",
         f"Detections with scores of {results['score_threshold']:g} or more; the planner takes every"
@@ -142,6 +177,12 @@ def page(results: dict[str, Any]) -> str:
             ],
         ),
         "",
+    ]
+
+
+def _beside_truth(results: dict[str, Any]) -> list[str]:
+    """Detections against the ground truth, scenario by scenario."""
+    return [
         "Beside the ground truth, on the same scenarios (A* and GBFS; detections minus ground"
         " truth in percentage points, 95 % paired bootstrap intervals):",
         "",
@@ -190,15 +231,7 @@ def page(results: dict[str, Any]) -> str:
             ],
         ),
         "",
-        "### Score thresholds (A*, safe driving)",
-        "",
-        *_sweep_table(results["sweep"]),
-        "",
-        "## Remarks on the data",
-        "",
-        *(f"- {remark}" for remark in results["remarks"]),
     ]
-    return "\n".join(lines) + "\n"
 
 
 def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
