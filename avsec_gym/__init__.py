@@ -1,4 +1,4 @@
-"""avsec-gym: does a self-driving car still drive safely under attack, and can it notice?
+"""avsec-gym: does a self-driving car drive safely under attack, and does it detect the attack?
 
 Importing the package registers its environments with Gymnasium:
 

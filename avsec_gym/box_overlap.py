@@ -1,7 +1,7 @@
 """How much two oriented boxes have in common: exact polygon clipping in float64 numba kernels.
 
 Everything that compares boxes by intersection over union (average precision, non-maximum
-suppression, training targets) takes it from here; `avsec_gym.geometry.bird_eye_iou` says the same
+suppression, training targets) takes it from here; `avsec_gym.geometry.bird_eye_iou` gives the same
 by shapely and is the independent opinion.  A *rectangle* is a row ``x, y, length, width, heading``
 in any plane, heading counted counter-clockwise from x.  `overlap_area` can be called from other
 numba kernels; the functions on arrays wrap it.

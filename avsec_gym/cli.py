@@ -33,7 +33,7 @@ class CommandGroup:
 
     Args:
         summary: One sentence.
-        commands: By their second word.
+        commands: The commands by their second word.
     """
 
     summary: str
@@ -116,7 +116,7 @@ def run(arguments: Sequence[str]) -> int:
     """Run a command.
 
     Args:
-        arguments: As on the command line, without the program's name.
+        arguments: The words as on the command line, without the program's name.
 
     Returns:
         The exit code.
@@ -204,7 +204,7 @@ def _overview(program: str, summary: str, there: Mapping[str, str | CommandGroup
             "",
             *lines,
             "",
-            f"`{program} COMMAND --help` says what a command does, its options and defaults.",
+            f"`{program} COMMAND --help` describes a command, its options and defaults.",
         ]
     )
 

@@ -26,7 +26,7 @@ def emergency_stop(problem: PlanningScenario, deceleration: float = DECELERATION
     """Full braking along the lane that the car is in, until it stands; nothing is looked at.
 
     Args:
-        problem: Its start and its time step matter.
+        problem: The problem, whose start and time step matter.
         deceleration: m/s2.
 
     Example:

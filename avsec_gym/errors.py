@@ -1,4 +1,4 @@
-"""The errors that users meet: few, and each says what was wrong and how to mend it."""
+"""The errors that users meet: few, and each states what was wrong and the remedy."""
 
 from __future__ import annotations
 

@@ -245,7 +245,7 @@ class LazyImages(Mapping[int, Image]):
     """Images by camera, each loaded when first asked for.
 
     Args:
-        sources: For each camera an image or a function that loads it; one that has a `path` is
+        sources: An image of each camera, or a function that loads it; one that has a `path` is
             named by it in errors.
     """
 

@@ -41,8 +41,9 @@ def image_only_rows(dimensions: Floats, location: Floats) -> NDArray[np.bool_]:
     """Which rows of a result file hold a 2D box alone, shape (N,).
 
     Args:
-        dimensions: As written, shape (N, 3): all -1 in KITTI's files, all 0 in some converters'.
-        location: As written, shape (N, 3): -1000 in KITTI's files.
+        dimensions: Dimensions as written, shape (N, 3): all -1 in KITTI's files, all 0 in some
+            converters'.
+        location: Locations as written, shape (N, 3): -1000 in KITTI's files.
     """
     sizeless = (dimensions == -1).all(axis=1) | (dimensions == 0).all(axis=1)
     return np.asarray(sizeless | (location == NOWHERE).all(axis=1))

@@ -31,7 +31,7 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function when it is called first, and keep it on disk.
 
     Args:
-        options: Of `numba.njit`, such as ``nogil=True``.
+        options: Options of `numba.njit`, such as ``nogil=True``.
 
     Returns:
         The decorator.

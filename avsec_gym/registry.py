@@ -192,7 +192,7 @@ def check(kind: Kind | str, what: Any) -> None:
 
     Args:
         kind: One of `Kind`.
-        what: As of `make`.
+        what: What the part is, as of `make`.
 
     Raises:
         ConfigurationError: Nothing has that name, it has no such arguments or lacks one, or an

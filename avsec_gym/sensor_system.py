@@ -109,7 +109,7 @@ class SensorSystem:
         return sorted(found, key=lambda pair: pair[::-1])
 
     def check(self, calibration: Calibration) -> None:
-        """That the cameras stand as the order says.
+        """Check that the cameras stand in the order of the system.
 
         Raises:
             ConfigurationError: A camera is not calibrated, or is not left of the one before it.

@@ -108,7 +108,7 @@ class Worker:
         """What the worker sends next; waits for it.
 
         Raises:
-            EOFError: The worker has died; `how_it_ended` says how.
+            EOFError: The worker has died; `how_it_ended` describes how.
             ConfigurationError: It could not import what it was sent.
         """
         try:
@@ -193,7 +193,7 @@ def each_in_processes(
     Raises:
         DataError: A worker died.
         ConfigurationError: See `Worker`.
-        Exception: What `prepare` or the function raised, with a note that says where.
+        Exception: What `prepare` or the function raised, with a note that states where.
     """
     waiting = iter(tasks)
     team: list[Worker] = []

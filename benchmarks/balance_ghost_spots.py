@@ -80,7 +80,7 @@ def balanced(
 
 
 def learned(kinds: np.ndarray, places: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Scores of spots by which the winner, first in each row, is told best."""
+    """Scores of spots by which the winner, first in each row, is predicted best."""
     own, columns = torch.tensor(kinds)[:, None], torch.tensor(places)
     scores = torch.zeros(shape, requires_grad=True)
     optimiser = torch.optim.Adam([scores], 0.15)

@@ -5,8 +5,8 @@
 `detect` is a whole frame of 1242 x 375 pixels, boxes out; `pixel_gradient` the loss and its
 gradient down to the pixels of both images (a step of an attack); `training_per_image` a forward
 and a backward pass of two images.  DIR holds ``dsgn.safetensors`` and ``stereo_rcnn.safetensors``;
-without it the package's weights count, and random ones where there are none, which the output
-tells: random networks report more boxes than trained ones.
+without it the package's weights count, and random ones where there are none, as the output
+states: random networks report more boxes than trained ones.
 """
 
 from __future__ import annotations

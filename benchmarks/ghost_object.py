@@ -3,7 +3,7 @@
     python benchmarks/ghost_object.py
 
 Random actions on one core, resets included, by CPU time.  v1 plans the car's answers when a scene
-is first drawn and remembers them: `first_episodes` tells what that takes, the other figures are of
+is first drawn and remembers them: `first_episodes` is the time of that, the other figures are of
 scenes that were drawn before.
 """
 

@@ -2,7 +2,7 @@
 
     python -m benchmarks.parity ../shared/parity [--json] [--only NAME ...]
 
-The folder's README tells the rule.  An error is ``max|ours - reference| / max|reference|``, also of
+The folder's README has the rule.  An error is ``max|ours - reference| / max|reference|``, also of
 mean and deviation over the whole tensor; ``parameters`` is that of the parameter count.
 ``--json`` prints ``{network: {output: error}}``; the exit code is 1 if an error exceeds 1e-3.
 """

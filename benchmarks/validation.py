@@ -137,7 +137,7 @@ def with_reference_attacked(validator: Validator, frames: list[SensorFrame]) -> 
 
 
 def damage(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, dict[str, float]]:
-    """Milliseconds to locate what the thesis' attack did to a sensor, and to locate and mend it."""
+    """Milliseconds to locate the damage of the thesis' attack to a sensor, and to repair it."""
     locating = {
         REFERENCE: lambda frame, trusted: damaged_pixels(frame, REFERENCE, trusted, DEPTH),
         LIDAR: lambda frame, trusted: damaged_scan(frame, trusted, DEPTH),

@@ -87,7 +87,7 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
         f" {100 * result['false_alarm_rate']:g} %. A training has {result['training_shots']} shots"
         f" in other scenes; of each there are {len(result['seeds'])}. *Quiet*: paid for unsafe"
         " drives without an alarm; *loud*: for all unsafe drives. In brackets 95 % intervals"
-        " (`examples/train_quiet_laser.py` says how).",
+        " (`examples/train_quiet_laser.py` shows how).",
         "",
         "```",
         "python examples/train_quiet_laser.py --json > studies/results/quiet_laser.json",

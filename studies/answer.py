@@ -15,11 +15,11 @@ _LOG = logging.getLogger(__name__)
 
 
 def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], Any]) -> int:
-    """Run, and write the result where the option ``json`` says.
+    """Run, and write the result into the file of the option ``json``.
 
     Args:
-        options: Of the command line; `json` is a path or None for standard output.
-        run: From the options to the result.
+        options: Options of the command line; `json` is a path or None for standard output.
+        run: The function from the options to the result.
 
     Returns:
         The exit code: 1 where data or options were bad, which is said.

@@ -25,7 +25,7 @@ _HEAD = """# Studies
 What the pages of results stand on: each study answers a question by one command, which writes its
 files anew and records its sources. A command that was stopped goes on where its runs are, which lie
 in `runs` or in `--runs DIR`; *DIR* is data that cannot be in the repository: `python -m studies
---help` says which. `python -m studies` lists the studies, `python -m studies check` compares their
+--help` lists them. `python -m studies` lists the studies, `python -m studies check` compares their
 sources with those of today, and `python -m studies index` writes the result into this page and
 into the remark at the top of every other one.
 
@@ -55,8 +55,8 @@ def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT)
 
     Args:
         study: One of the catalogue.
-        records: Of all studies.
-        root: Of the checkout.
+        records: Records of all studies.
+        root: Root of the checkout.
     """
     parts = [study, *(STUDIES[name] for name in study.shows)]
     if any(part.name not in records for part in parts):
@@ -79,7 +79,7 @@ def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT)
 
 
 def with_remark(page: str, remark: str) -> str:
-    """A page that says something of itself below its title, in place of what it said before."""
+    """A page that states something of itself below its title, in place of what it stated before."""
     title, end, rest = _REMARK.sub("", page, count=1).partition("\n")
     return f"{title}{end}\n{_BEGIN}\n{remark}\n{_END}\n{rest}"
 

@@ -47,7 +47,7 @@ def sources_of(begin: Iterable[str], root: Path = ROOT) -> dict[str, str]:
 
     Args:
         begin: Paths below the root, of Python sources, other files, or folders of them.
-        root: Of the checkout.
+        root: Root of the checkout.
 
     Returns:
         Eight digits -> path.  They change with the path and with the code, not with comments,

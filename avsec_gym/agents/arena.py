@@ -53,7 +53,7 @@ class Arena:
 
     Args:
         env: The id.
-        arguments: Of the environment.
+        arguments: Arguments of the environment.
     """
 
     env: str
@@ -78,8 +78,8 @@ class Arena:
         """Play an episode for each seed; the same seed is the same episode.
 
         Args:
-            act: Who acts.
-            seeds: Of the episodes.
+            act: The policy that acts.
+            seeds: Seeds of the episodes.
             on_episodes: Called with the number of episodes that have ended since the last call.
             most_steps: Steps after which an episode is left; None: it is played to its end.
         """

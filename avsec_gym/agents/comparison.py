@@ -38,7 +38,7 @@ class Row:
     Args:
         name: What it is called.
         kind: ``agent`` or ``baseline``.
-        played: Its held-out episodes.
+        played: The results of its held-out episodes.
         queries: Environment steps that it learned from, or was searched with.
     """
 
@@ -147,9 +147,9 @@ def compare(
     """Judge agents and baselines in the same held-out episodes.
 
     Args:
-        agents: Of one environment, with the same arguments.
+        agents: Agents of one environment, with the same arguments.
         episodes: Held-out episodes.
-        seed: Of the first one; episode k has the seed ``seed + k``.
+        seed: Seed of the first one; episode k has the seed ``seed + k``.
         queries: Environment steps that each baseline is searched with; None: as many as the agent
             learned from that learned longest.
         on_progress: Called with environment steps done, and about how many there are in all.

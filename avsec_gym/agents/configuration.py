@@ -53,7 +53,7 @@ class AgentConfiguration:
         n_envs: Environments side by side.
         env_kwargs: Arguments of the environment that is trained in.
         eval_env_kwargs: What differs in the environment that is judged in: held-out scenes.
-        arguments: Those of the algorithm, as the file has them.
+        arguments: Arguments of the algorithm, as the file has them.
     """
 
     env: str

@@ -23,7 +23,7 @@ def make_learner(configuration: AgentConfiguration, seed: int) -> Any:
 
     Args:
         configuration: How it learns.
-        seed: Of its weights, its exploration and its environments.
+        seed: Seed of its weights, its exploration and its environments.
 
     Raises:
         ConfigurationError: The arguments do not fit the algorithm or the environment.

@@ -23,7 +23,7 @@ def places_in(observations: Any) -> Any:
     """Features of the places, shape (B, K, SIZE), of arrays and tensors alike.
 
     Args:
-        observations: Of `avsec/GhostObject-v1`, shape (B, M).
+        observations: Observations of `avsec/GhostObject-v1`, shape (B, M).
     """
     rest = observations[:, SCENE_SIZE + _LAST_QUERY :]
     count = rest.shape[1] // (SIZE + 1)
@@ -34,7 +34,7 @@ class PlaceScores(BaseFeaturesExtractor):
     """A score of each place from its features and the driving constraints; one network for all.
 
     Args:
-        observation_space: Of `avsec/GhostObject-v1`.
+        observation_space: The observation space of `avsec/GhostObject-v1`.
         hidden: Width of both hidden layers.
     """
 
@@ -61,7 +61,7 @@ class PlacePolicy(ActorCriticPolicy):
     """The scores are the mean action: no layer that knows a place by its index.
 
     Args:
-        arguments: Those of stable-baselines3's `ActorCriticPolicy`.
+        arguments: Arguments of stable-baselines3's `ActorCriticPolicy`.
         named: The same, by name; the features extractor is `PlaceScores`.
     """
 

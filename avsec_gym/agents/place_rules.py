@@ -54,9 +54,9 @@ def played(arguments: Mapping[str, Any], count: int, seed: int) -> Episodes:
     """Every place of some episodes, played.
 
     Args:
-        arguments: Of the environment, such as its scenarios.
+        arguments: Arguments of the environment, such as its scenarios.
         count: The number of episodes.
-        seed: Of the first one.
+        seed: Seed of the first episode.
     """
     envs: Any = gym.make_vec(ID, num_envs=count, **arguments)
     won = []

@@ -40,7 +40,7 @@ class Budget:
     Args:
         arena: The training scenes.
         steps: Steps in all.
-        seed: Of the episodes and of the search.
+        seed: Seed of the episodes and of the search.
         on_steps: Called with the steps of each trial.
         first_query: Try candidates at the first query of an episode alone: where the same action
             again has the same answer, the others would be wasted.
@@ -107,7 +107,7 @@ def best_constant(budget: Budget, space: gym.Space[Any], *, by_intention: bool) 
         if budget.spent > budget.steps / 2 or not budget.leaves(1):
             break
         played = budget.played(act_by(np.tile(point, kinds)))
-        # One trial tells of every intention that its episodes have.
+        # One trial measures every intention that its episodes have.
         kind = np.array([_KIND.get(way, 0) % kinds for way in played.intention])
         for own in np.unique(kind):
             paid = played.reward[kind == own].mean()

@@ -50,7 +50,7 @@ class Sitting:
         minutes: Time of this sitting, after which the rollout in hand is learned from; None: as
             long as it takes.
         resume: Whether to go on with what is there.
-        threads: Of the processor.
+        threads: Threads of the processor.
     """
 
     steps: int
@@ -74,7 +74,7 @@ def train_agent(
     Args:
         configuration: How it learns.
         out: The agent's folder.
-        seed: Of weights, exploration and environments.
+        seed: Seed of weights, exploration and environments.
         sitting: How long.
         on_progress: Called with steps done and steps in all.
 

@@ -163,7 +163,7 @@ class ToolboxAttack:
     Args:
         method: A class of `art.attacks.evasion`, such as ``BasicIterativeMethod``.
         epsilon: Its `eps`, grey levels; in any norm no channel of a pixel changes by more.
-        arguments: Its others.
+        arguments: Its other arguments.
         name: Name of the attack in results.
     """
 

@@ -1,7 +1,7 @@
-"""From words on the command line to a command: its dataclass says which options there are.
+"""From words on the command line to a command: its dataclass states which options there are.
 
 tyro does the parsing.  What is added here is what people read: an unknown option or choice is
-answered with the one that it may have meant, and the help says of each option what can be typed,
+answered with the one that it may have meant, and the help states of each option what can be typed,
 no more: ``--limit INT`` for what may also be left out, no default where that is nothing.
 """
 

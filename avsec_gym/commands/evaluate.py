@@ -43,8 +43,8 @@ class Evaluate:
     """Detections below are dropped.  Default: 0.3 where all scores are probabilities, else 0."""
     motion: Literal["static", "truth", "classifier"] | None = None
     """What the planner takes as moving: nothing, what really moves, or the detections that the
-    moving-object classifier says (needs --kitti with images).  Default: truth with ground truth in,
-    static with detections."""
+    moving-object classifier finds (needs --kitti with images).  Default: truth with ground
+    truth in, static with detections."""
     seed: int = 0
     """Moving objects draw their speeds from it; so do procedural layouts."""
     draw_start_speed: bool = False
@@ -193,7 +193,7 @@ class Evaluate:
     def _classified(
         self, boxes: dict[str, Boxes3D], broken: dict[str, DataError]
     ) -> dict[str, Boxes3D]:
-        """The detections with what C says of their motion; frames that cannot be read are noted."""
+        """The detections with C's view of their motion; frames that cannot be read are noted."""
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.registry import Kind, make
 

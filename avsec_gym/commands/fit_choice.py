@@ -90,7 +90,7 @@ class FitChoice:
         """The validator that is named, or that a file of an earlier run holds; None: neither.
 
         Args:
-            sensors: Those that the validator must judge; empty: any.
+            sensors: The sensors that the validator must judge; empty: any.
 
         Raises:
             ConfigurationError: It is no validator, or judges other sensors.

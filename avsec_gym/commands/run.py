@@ -148,5 +148,5 @@ def _sentence(report: RunSummary) -> str:
     text = f"{report.root}: {report.cells} cells, {report.done} done, {report.kept} were there"
     failed = len(report.failures) + report.failed_before
     if failed:
-        text += f", {failed} failed; run.log says why, --retry does them again"
+        text += f", {failed} failed; run.log states why, --retry does them again"
     return text

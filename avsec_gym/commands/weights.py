@@ -119,7 +119,7 @@ class WeightsImport:
         """How a PSMNet enlarges its maps: as asked, as known of this file, or as measured.
 
         Raises:
-            ConfigurationError: Nothing says it.
+            ConfigurationError: Neither the option nor the file states it.
             DataError: The pair is broken, or does not tell.
         """
         from avsec_gym.perception.depth import corner_choice

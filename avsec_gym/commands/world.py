@@ -199,7 +199,7 @@ class WorldVerify:
         for name in changed:
             console.say(f"missing or changed: {name}")
         if not changed and not self.json:
-            console.say("every file is as the manifest says")
+            console.say("every file agrees with the manifest")
         return console.BAD_DATA if changed else console.DONE
 
 

@@ -50,8 +50,8 @@ def film_strip(shown: Shown, panels: int, every: int = 1) -> Image:
 
     Args:
         shown: The drive.
-        panels: For how many pictures there is room; the strip is that wide, however short the
-            drive is.
+        panels: The number of pictures that there is room for; the strip is that wide, however short
+            the drive is.
         every: Seconds between two pictures.
 
     Returns:

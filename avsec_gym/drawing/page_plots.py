@@ -1,6 +1,6 @@
 """Parts of line drawings for pages: SVG whose colours are the page's, light or dark.
 
-Marks carry class names, never colours: the style sheet of `report` says what they look like.
+Marks carry class names, never colours: the style sheet of `report` gives their looks.
 """
 
 from __future__ import annotations
@@ -79,9 +79,9 @@ def drawing(width: float, height: float, parts: Iterable[str], label: str) -> st
     """A whole drawing.
 
     Args:
-        width: Of its own pixels; it is shown as wide as its place on the page, but never smaller,
-            so that its words stay as large as the style sheet says.
-        height: As above.
+        width: Width of its own pixels; the drawing is shown as wide as its place on the page, but
+            never smaller, so that its words keep the size of the style sheet.
+        height: Height of its own pixels.
         parts: What is drawn, from back to front.
         label: Said instead of it to those who do not see it.
     """

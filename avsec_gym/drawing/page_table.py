@@ -45,7 +45,7 @@ class Table:
     Args:
         title: What it shows.
         columns: Headings, none of them empty; the first ones are names, as many as `names`.
-        rows: As wide as `columns`.
+        rows: Rows as wide as `columns`.
         note: How to read it.
         groups: Headings above headings: text and how many columns it spans.
         names: Columns on the left that hold names.

@@ -53,7 +53,7 @@ class DriveSetting:
 
 
 def check_names(settings: Sequence[DriveSetting]) -> None:
-    """Refuse settings whose drives could not be told apart.
+    """Refuse settings whose drives could not be distinguished.
 
     Raises:
         ConfigurationError: Two have one name, or a name cannot be a file's.

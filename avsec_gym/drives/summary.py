@@ -44,7 +44,7 @@ class SettingSummary:
     Args:
         setting: The setting's name.
         drives: How many.
-        scenes: In how many scenes; drives of one are alike, which intervals heed.
+        scenes: The number of scenes; drives of one are alike, which intervals heed.
         rates: Shares of the drives, by the names of `RATES`.
         navsim_score: Mean of NAVSIM's score.
         outcomes: How many drives ended in each way.

@@ -37,7 +37,7 @@ class DetectionAttackVectorEnv(
         num_envs: Number of environments, at most `MOST_ENVIRONMENTS`.
         max_episode_steps: Steps after which an episode ends, if the budget does not end it before.
         budget: Queries of an episode, and the price of a query, a ghost, a hidden object.
-        render_mode: Only None.
+        render_mode: The mode, which is None.
 
     Raises:
         ConfigurationError: A number is out of range, or there is a mode.

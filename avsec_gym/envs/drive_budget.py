@@ -13,7 +13,7 @@ class DriveBudget:
 
     Args:
         frames: Frames, a tenth of a second each, in which anything is up.
-        energy: Of all frames together; a frame of all that the attack can do takes 1.
+        energy: The energy of all frames together; a frame of all that the attack can do takes 1.
         price: Reward that the whole energy costs, from 0 to 1.
 
     Raises:

@@ -41,7 +41,8 @@ class PlayedFrame:
     """One frame without an attack, before it is read.
 
     Args:
-        id: Such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several drives.
+        id: An id such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several
+            drives.
         frame: Reads what the sensors deliver.
         scene: What is there, and is driven through; None: nothing is known of that.
     """

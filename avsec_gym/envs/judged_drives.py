@@ -15,7 +15,7 @@ class JudgedDrives:
 
     Args:
         drive: The environment, with the car's perception in it.
-        driver: Who drives.
+        driver: The driver of the car.
     """
 
     def __init__(self, drive: Any, driver: Driver) -> None:

@@ -29,8 +29,8 @@ class SpoofingCoding:
     """Actions in [-1, 1], scaled linearly to bogus returns.
 
     Args:
-        distances: Along the ground, metres; as the next three, the smallest and the largest,
-            within `LIMITS`.
+        distances: Distances along the ground, metres; as the next three, the smallest and the
+            largest, within `LIMITS`.
         bearings: Radians to the left of ahead.
         widths: Metres.
         heights: Metres, from the road up.

@@ -10,11 +10,11 @@ from avsec_gym.geometry import Floats
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 
 SECTORS = 64
-"""Directions that are told apart."""
+"""Number of directions that are distinguished."""
 BEARING = 0.7
 """Radians to either side of the camera's axis, about what KITTI's cameras see."""
 FARTHEST = 60
-"""Metres; depths of whole metres up to there are told apart."""
+"""Metres; depths of whole metres up to there are distinguished."""
 SIZE = 2 * SECTORS
 
 _HEIGHTS = (0.3, 2.5)
@@ -29,7 +29,7 @@ def stereo_profile(frame: SensorFrame) -> Floats:
     """The nearest thing that stands up in each direction, by semi-global matching.
 
     Args:
-        frame: With the images of cameras 2 and 3.
+        frame: A frame with the images of cameras 2 and 3.
 
     Returns:
         Shape (SIZE,), in [0, 1].  For each of 64 equal sectors of bearing, from 0.7 rad to the left

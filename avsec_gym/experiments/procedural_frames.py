@@ -23,7 +23,7 @@ def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
     """Check that scenarios are somewhere: `PROCEDURAL`, of a default suite, or in a folder.
 
     Args:
-        scenarios: As named by who runs an experiment.
+        scenarios: The place as named by who runs an experiment.
         suites: Names that the experiment knows beside `PROCEDURAL`.
 
     Raises:

@@ -66,8 +66,8 @@ class Apart:
 
     Args:
         where: The folder that holds those folders.
-        parts: By the name of the folder, what it holds, such as ``training/label_2``.
-        inside: By the name of the folder, the folder in it that is to be merged, ``.`` for itself.
+        parts: What each folder holds, by its name, such as ``training/label_2``.
+        inside: What is to be merged in each folder, by its name, ``.`` for the folder itself.
     """
 
     where: Path

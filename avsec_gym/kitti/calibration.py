@@ -45,7 +45,7 @@ def read_odometry_calibration(path: str | Path) -> Calibration:
 
     Raises:
         DataError: As of `read_calibration`.  The archives of images hold such files without Tr:
-            then its remedy says which archive has it.
+            then its remedy names the archive that has it.
     """
     identity = {"R0_rect": np.eye(3)}
     return _calibration(path, {"Tr": "Tr_velo_to_cam"}, identity, _ODOMETRY)

@@ -148,7 +148,7 @@ def odometry_folder(root: Path) -> Path | None:
     """The folder that holds ``sequences/``: the root, its ``dataset/``, or the one above; or None.
 
     Args:
-        root: Such a folder, the one that holds ``dataset/``, or ``sequences/`` itself.
+        root: A folder of odometry, the one that holds ``dataset/``, or ``sequences/`` itself.
     """
     above = [root.absolute().parent] if root.absolute().name == SEQUENCES else []
     for folder in (root, root / "dataset", *above):

@@ -145,7 +145,7 @@ def read_oxts_table(path: str | Path) -> Oxts:
     """Measurements of a sequence from one file, a line for each frame, as KITTI tracking has them.
 
     Raises:
-        DataError: There is no line, or one of them is broken as `read_oxts` says.
+        DataError: There is no line, or one of them is broken, as for `read_oxts`.
     """
     lines = read_text(path).rstrip().split("\n")
     rows = [_numbers(line, path, number) for number, line in enumerate(lines, start=1)]

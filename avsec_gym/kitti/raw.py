@@ -50,7 +50,7 @@ class KittiRaw:
                 else "There is no such folder.",
                 path=self.root,
                 remedy="Name the folder that holds dates such as 2011_09_26, the folder of a date, "
-                "or a drive such as 2011_09_26_drive_0052_sync; `avsec data check` says what a "
+                "or a drive such as 2011_09_26_drive_0052_sync; `avsec data check` lists what a "
                 "folder holds.",
             )
 

@@ -35,7 +35,7 @@ def write_object_frame(
 
     Args:
         folder: The object layout's folder, such as ``training``.
-        frame: Its id has six digits; images and scan are written where it has them.
+        frame: The frame, whose id has six digits; images and scan are written where it has them.
         labels: The ground truth; no label file if None.
         compression: Level of compression of the images, 0 (fast) to 9 (small).
         overwrite: Whether files that are there are replaced.

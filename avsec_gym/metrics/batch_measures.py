@@ -48,7 +48,7 @@ def batch_measures(
 
     Args:
         batch: The trajectories, and what is really there.
-        vehicle: Its size.
+        vehicle: The vehicle, of which the size counts.
         scenario: Goal, road and time step, which all share.
     """
     wanted = [goal.velocity[0] for goal in scenario.goals if goal.velocity]
@@ -147,7 +147,7 @@ def _lane_heading(x: float, y: float, starts: Floats, along: Floats, squares: Fl
         x: The place, m.
         y: The place, m.
         starts: Where the segments start, shape (K, 2).
-        along: From their starts to their ends, shape (K, 2).
+        along: Vectors from their starts to their ends, shape (K, 2).
         squares: Squares of their lengths, shape (K,).
     """
     best, nearest = np.inf, -1

@@ -44,7 +44,7 @@ def first_contact(
         trajectory: States x, y of the centre (m), velocity, heading (rad), steering angle, shape
             (T, 5).
         truth: Real obstacles.
-        vehicle: Its size.
+        vehicle: The vehicle, of which the size counts.
         first_step: Time step of the trajectory's first state.
 
     Returns:
@@ -115,7 +115,7 @@ def batch_collides(batch: TrajectoryBatch, vehicle: Vehicle) -> NDArray[np.bool_
 
     Args:
         batch: The trajectories, and what is really there.
-        vehicle: Its size.
+        vehicle: The vehicle, of which the size counts.
 
     Returns:
         Shape (B,).

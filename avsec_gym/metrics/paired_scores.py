@@ -15,7 +15,7 @@ class PairedDifference:
     """Success of the first less that of the second.
 
     Args:
-        difference: Of the rates.
+        difference: The difference of the rates.
         interval: 95 % percentile interval of a bootstrap that draws episodes.
         p: McNemar's exact test.
     """

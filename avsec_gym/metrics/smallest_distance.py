@@ -22,7 +22,7 @@ def smallest_distance(
         trajectory: States x, y of the centre (m), velocity, heading (rad), steering angle, shape
             (T, 5).
         truth: Real obstacles.
-        vehicle: Its size.
+        vehicle: The vehicle, of which the size counts.
         first_step: Time step of the trajectory's first state.
 
     Returns:

@@ -57,7 +57,7 @@ def first_swept_contact(
         trajectory: States x, y of the centre (m), velocity, heading (rad), steering angle, shape
             (T, 5).
         truth: Real obstacles; one that appears later is not there before.
-        vehicle: Its size.
+        vehicle: The vehicle, of which the size counts.
         first_step: Time step of the trajectory's first state.
 
     Returns:

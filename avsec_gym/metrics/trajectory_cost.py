@@ -37,7 +37,7 @@ def sm1_cost(trajectory: Floats, scenario: PlanningScenario) -> float:
 
     Args:
         trajectory: States as centre x, y, velocity, heading, steering angle, shape (T, 5).
-        scenario: Its goal gives the speed to keep, its road the lanes' directions.
+        scenario: The scenario, whose goal gives the speed to keep, its road the lanes' directions.
     """
     velocity, heading, steering = trajectory[:, 2], trajectory[:, 3], trajectory[:, 4]
     wanted = [goal.velocity[0] for goal in scenario.goals if goal.velocity]

@@ -55,7 +55,7 @@ class MotionPrimitives:
         states: Rear-axle x, y (m), velocity (m/s), heading, steering angle (rad),
             shape (P, T + 1, 5); rows after a shorter primitive's end repeat its last state.
         steps: Number of states after the first, shape (P,).
-        vehicle: Whose.
+        vehicle: The vehicle whose they are.
         dt: Length of a time step, seconds.
         name: Name for messages and reports.
         grid: A set whose primitives stand first in this one.  The others lead from off its grid

@@ -71,7 +71,7 @@ def simulate(
     """Drive with constant inputs (fourth-order Runge-Kutta).
 
     Args:
-        vehicle: Its wheelbase enters.
+        vehicle: The vehicle, whose wheelbase enters.
         start: State x, y, velocity, heading, steering angle at the rear axle, shape (..., 5).
         acceleration: Accelerations, m/s2, shape (...).
         steering_rate: Steering rates, rad/s, shape (...).

@@ -20,7 +20,7 @@ def remarks(report: RunReport) -> list[str]:
         )
     if cells["failed"]:
         result.append(
-            f"{cells['failed']:,} of {whole:,} cells failed; the end of this page says why."
+            f"{cells['failed']:,} of {whole:,} cells failed; the end of this page lists the errors."
         )
     return result + [remark for found in report.findings for remark in found.remarks]
 

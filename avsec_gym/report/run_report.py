@@ -38,7 +38,7 @@ class RunReport:
 
     @property
     def sentences(self) -> list[str]:
-        """What the run says, section by section."""
+        """What the run found, section by section."""
         return [sentence for section in self.sections for sentence in section.sentences]
 
     @property
@@ -48,7 +48,7 @@ class RunReport:
 
     @property
     def extent(self) -> str:
-        """What the figures are of, such as ``600 scenarios``; empty if no experiment says."""
+        """What the figures are of, such as ``600 scenarios``; empty if no experiment states it."""
         return next((found.extent for found in self.findings if found.extent), "")
 
     @property

@@ -116,11 +116,11 @@ class DriveRow:
     """What became of one drive.
 
     Args:
-        setting: Under which circumstances, such as ``dsgn thesis_pgd-0.4``; with the strength, the
+        setting: The circumstances, such as ``dsgn thesis_pgd-0.4``; with the strength, the
             planner, the scenario and the intention it is unique in a run.
         record: Scenario, intention and outcome.
         strength: The strength of the attack, such as its steps.
-        planner: Who planned.
+        planner: The planner's name.
     """
 
     setting: str
@@ -195,7 +195,7 @@ class Experiment:
         inputs: Files and folders that the results depend on, such as weights and scenes, by name.
             A run keeps their hashes and does not go on with others.
         options: Names of `Configuration.options` that it knows, and their defaults.
-        usual: Its scenarios, and how many of them, where the user names none.
+        usual: Scenarios, and how many of them, where the user names none.
         section: ``"module:function"`` that makes its sections of a report, see
             `avsec_gym.runs.section`; empty: its rates stand among those of other settings.
     """

@@ -38,7 +38,7 @@ _READ_WHOLE = {".txt", ".csv", ".json", ".xml", ".yaml"}
 def fingerprint(path: Path) -> str:
     """Changes with the content of a file or folder.
 
-    Of a data set that says in its ``manifest.json`` what each file holds, the manifest is read.
+    Of a data set whose ``manifest.json`` states what each file holds, the manifest is read.
     Of other folders, labels and other text files are read, and of images and scans the names and
     sizes taken: reading them would take minutes.
 

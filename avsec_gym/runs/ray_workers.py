@@ -155,6 +155,6 @@ class RayWorkers:
 
 
 def _how_it_ended(error: Exception) -> str:
-    """Ray's first line says that something died, its last one why."""
+    """Ray's first line states that something died, its last one why."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return f"left ({' '.join(dict.fromkeys([lines[0], lines[-1]]))})" if lines else "left"

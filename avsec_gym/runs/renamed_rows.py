@@ -1,6 +1,6 @@
 """Rows of a run that was made under old names, under those of today (`avsec_gym.runs.renamed`).
 
-The version of a run's schema tells which names are in it.  A run of old names is read through
+The version of a run's schema decides which names are in it.  A run of old names is read through
 `show_new_names`, and goes on after `rename_rows`.
 """
 

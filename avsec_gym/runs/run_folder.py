@@ -125,8 +125,8 @@ class RunFolder:
         """The same as records; of two settings they are in one order, fit for paired tests.
 
         Args:
-            where: As of `drives`: setting, strength and planner at least, or they stand one after
-                the other.
+            where: The columns as of `drives`: setting, strength and planner at least, or they stand
+                one after the other.
         """
         from avsec_gym.metrics.safety import SafetyRecord
 

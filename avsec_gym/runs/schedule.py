@@ -80,7 +80,7 @@ def finished_cells(
 
     Args:
         cells: The cells, each once.
-        workers: Who do them; left open.
+        workers: The workers that do them; left open.
 
     Raises:
         AvsecError: The work of a cell cannot be made.

@@ -95,6 +95,6 @@ def schema(version: int, tables: str = SCHEMA) -> str:
 
     Args:
         version: One of `VERSIONS`.
-        tables: Those of the first version, as they were made.
+        tables: The tables of the first version, as they were made.
     """
     return tables + "".join((DIGESTS, NEEDS_DIGEST)[: version - 1])

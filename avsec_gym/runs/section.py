@@ -100,7 +100,8 @@ class Section:
     Args:
         id: Its anchor on the page: letters, digits and ``-``, of no other section.
         title: Its heading.
-        sentences: What the run says, which also stands at the head of the text and on the console.
+        sentences: What the run found in words, which also stands at the head of the text and on the
+            console.
         parts: Tables and figures, in the order of the page.
         link: A shorter heading for the page's list of sections; the title, if empty.
         context: What else is to be said below the heading.

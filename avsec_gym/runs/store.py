@@ -225,7 +225,7 @@ def has_results(path: Path, *, begun: bool = False) -> bool:
 
     Args:
         path: The path of the database.
-        begun: As of `ResultStore`.
+        begun: The time as of `ResultStore`.
 
     Raises:
         DataError: As of `ResultStore`.

@@ -23,7 +23,7 @@ def folder_lock(folder: Path, *, wait: bool = False, what: str = "a folder") -> 
     Where the system cannot lock folders (Windows, some network drives), nothing is held.
 
     Args:
-        folder: Is there.
+        folder: The folder, which is there.
         wait: Whether to wait for another process that holds it; the wait is logged.
         what: Purpose for which this process needs it, such as ``the default suite mixed``.
 

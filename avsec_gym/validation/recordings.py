@@ -27,7 +27,8 @@ class RecordedFrame:
     """One frame of a recording, before it is read.
 
     Args:
-        id: Such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several drives.
+        id: An id such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several
+            drives.
         frame: Reads what the sensors deliver; DataError where a file is broken.
         drive: The drive of the frame, whose frames are alike; None: the frame stands alone.
     """

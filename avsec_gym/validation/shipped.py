@@ -70,7 +70,7 @@ def shipped_fit(
         kind: Thresholds or likelihoods.
         system: The sensors.
         depth: How disparities of two cameras are found.
-        frame: Of the vehicle; its calibration and the size of its images are compared.
+        frame: A frame of the vehicle; its calibration and the size of its images are compared.
         folder: Where the files are.
 
     Raises:

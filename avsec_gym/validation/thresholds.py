@@ -194,7 +194,7 @@ def _allowed(needed: NDArray[np.intp], rate: float) -> int:
     """How many samples of one quantity may lie beyond, that the share of all is at most the rate.
 
     Args:
-        needed: For each sample, how many have to be allowed before it lies beyond.
+        needed: The number, for each sample, of those that have to be allowed before it lies beyond.
         rate: The share, from 0 to 1.
     """
     # A product such as 0.29 * 100 comes out just below the whole number that is meant.

@@ -42,7 +42,7 @@ def claim_message(folder: Path) -> None:
 
 
 def count_message(folder: Path) -> None:
-    """What a witness says of six claims."""
+    """What a witness reports of six claims."""
     from avsec_gym.validation.connected.rays.witness_counts import WitnessCounts, encode_counts
 
     counts = np.random.default_rng(0).integers(0, 40, (6, 3))
@@ -118,7 +118,7 @@ def read_claim_message(folder: Path) -> Any:
 
 
 def read_count_message(folder: Path) -> Any:
-    """As the base station does: decoded, and weighed as what one of three vehicles says."""
+    """As the base station does: decoded, and weighed as what one of three vehicles reports."""
     from avsec_gym.validation.connected.rays.decision import DecisionRule, decide
     from avsec_gym.validation.connected.rays.rates import RayRates
     from avsec_gym.validation.connected.rays.witness_counts import decode_counts

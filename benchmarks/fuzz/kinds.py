@@ -30,7 +30,7 @@ class Kind:
         make: Fills an empty folder with sound files.
         read: Reads the folder as a command does; returns what it read.
         mutators: Of this kind, beside those of replaced files.
-        impossible: Says what is wrong with something that was read, None if nothing is.
+        impossible: States what is wrong with something that was read, None if nothing is.
     """
 
     name: str

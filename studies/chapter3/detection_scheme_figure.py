@@ -50,8 +50,8 @@ def draw_detection_scheme(frame: SensorFrame, threshold: Threshold, seed: int = 
     """Figures 3.3 and 3.4 with data: left clean, right with a bogus return.
 
     Args:
-        frame: With the images of cameras 2 and 3 and a scan.
-        threshold: Of all shares.
+        frame: A frame with the images of cameras 2 and 3 and a scan.
+        threshold: The threshold of all shares.
         seed: Seed of the attack.
 
     Raises:

@@ -33,7 +33,7 @@ def draw_optical_attacks(frame: SensorFrame) -> Figure:
     """Two faculae, and a bogus return seen by the camera and from above.
 
     Args:
-        frame: With the image of camera 2 and a scan.
+        frame: A frame with the image of camera 2 and a scan.
 
     Raises:
         DataError: It lacks one of them.

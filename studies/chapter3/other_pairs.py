@@ -63,9 +63,9 @@ def found_by_pairs(
     """A row for each pair, that of the baseline most like the usual one first.
 
     Args:
-        recordings: Of labelled drives.
-        detector: Of images.
-        score_threshold: Of boxes that count.
+        recordings: Recordings of labelled drives.
+        detector: A detector of images.
+        score_threshold: The least score of boxes that count.
 
     Returns:
         Rows with ``left`` and ``right``, cameras; ``baseline``, over that of cameras 2 and 3;
@@ -120,8 +120,8 @@ def distances(cars: Boxes3D, found: Boxes3D) -> Floats:
     """Of each car the distance of the box in its direction over its own; NaN without one.
 
     Args:
-        cars: As they are, N.
-        found: By a detector.
+        cars: The cars as they are, N.
+        found: The cars found by a detector.
 
     Returns:
         Shape (N,).

@@ -25,7 +25,7 @@ def run_page(
         module: The full name of the module that is run.
         what: Its docstring, whose first line is the help.
         arguments: The words of the command line; None: those of the process.
-        rows_of: From the run to the result.
+        rows_of: The function from the run to the result.
         page: The result as Markdown, and the command that made it.
 
     Returns:

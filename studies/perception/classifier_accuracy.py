@@ -103,7 +103,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def judged(
     classifier: MovingObjectClassifier, frame: SensorFrame, boxes: Boxes3D
 ) -> list[JudgedObject]:
-    """What the classifier says of a frame's objects, with `moving` as truth."""
+    """The classifier's results for a frame's objects, with `moving` as truth."""
     if not len(boxes):
         return []
     assert boxes.moving is not None, "the truth"

@@ -146,7 +146,7 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
         "## Disparity",
         "",
         "End-point error in pixels of the camera's image; wrong: off by more than 3 pixels, and"
-        " (D1) by more than 5 % as well, in percent. *Found*: the pixels where an estimator says"
+        " (D1) by more than 5 % as well, in percent. *Found*: the pixels where an estimator gives"
         " something; *all*: every pixel with truth, occluded ones among them, holes filled as"
         " KITTI's development kit fills them. PSMNet reduces images to"
         f" {result['input_size'][1]} x {result['input_size'][0]} pixels. Intervals (95 %) by"

@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> dict[str, Any]:
-    """What a detector says of a frame's cars; JSON-able.
+    """What a detector reports of a frame's cars; JSON-able.
 
     Args:
         truth: Labels, DontCare regions included.

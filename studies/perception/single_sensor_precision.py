@@ -40,7 +40,7 @@ _MAKE = "avsec world make --suite mixed --frames 200 --seed 2 --out DIR"
 
 
 class ScoredNetwork(NamedTuple):
-    """What a detector looks at, and what it says that can be scored."""
+    """What a detector looks at, and what it reports that can be scored."""
 
     sensor: str
     folder: str

@@ -2,7 +2,7 @@
 
 Run ``python -m studies.perception.training_curves dsgn=runs/dsgn,runs/dsgn_2
 stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``; of trainings that went on with each
-other's weights, the folders stand in a row.  ``--others FILE`` keeps what an earlier result says of
+other's weights, the folders stand in a row.  ``--others FILE`` keeps what an earlier result has of
 networks that are not trained anew.
 """
 

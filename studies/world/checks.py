@@ -178,7 +178,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """How many things fail each check, and the worst of each.
 
     Args:
-        rows: Of `measure`.
+        rows: The rows of `measure`.
     """
     gaps = np.array([gap for row in rows for gap in row["gaps"]])
     feet = np.array([pair for row in rows for pair in row["feet"]]).reshape(-1, 2)

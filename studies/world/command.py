@@ -33,8 +33,8 @@ def command(
 
     Args:
         what: Documentation of the module.
-        arguments: Of the command line; those of the process if None.
-        run: From the options to the result.
+        arguments: Words of the command line; those of the process if None.
+        run: The function from the options to the result.
         frames: How many by default.
         add_arguments: Adds options of its own.
 
@@ -65,7 +65,7 @@ def measure_all(
     """The rows of measures, of the frames that the options name; see `measured`.
 
     Args:
-        options: Of `command`.
+        options: The options of `command`.
         measures: What to measure.
         images: Whether it needs images and scans.
         scenes: Instead of the suite's.

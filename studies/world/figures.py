@@ -29,8 +29,8 @@ def draw_stereo(
     """How hard pairs are: histograms of rendered ones, real ones as marks.
 
     Args:
-        rows: Of `stereo.measure`.
-        real: Of `stereo.real_pairs`.
+        rows: The rows of `stereo.measure`.
+        real: The result of `stereo.real_pairs`.
         path: Where the PNG goes.
     """
     panels = (
@@ -55,7 +55,7 @@ def draw_scans(scans: Mapping[str, Any], path: Path) -> None:
     """Where a scan's points lie, and how bright they are.
 
     Args:
-        scans: Of `scans.summary`.
+        scans: The result of `scans.summary`.
         path: Where the PNG goes.
     """
     panels: tuple[tuple[str, str, Any], ...] = (
@@ -81,7 +81,7 @@ def draw_labels(labels: Mapping[str, Any], path: Path) -> None:
     """Histograms of all that is compared, and objects of each category.
 
     Args:
-        labels: Of `labels.summary`.
+        labels: The result of `labels.summary`.
         path: Where the PNG goes.
     """
     quantities = {key: each for key, each in labels["quantities"].items() if key != "category"}

@@ -129,8 +129,8 @@ def summary(
     """Mean and spread of both, and how many real spreads apart they are.
 
     Args:
-        rows: Of `measure`.
-        real: Of `real_images`.
+        rows: The rows of `measure`.
+        real: The result of `real_images`.
     """
     return {
         "frames": len(rows),

@@ -91,7 +91,7 @@ COMPARED: dict[str, Quantity] = {
         "variation",
     )
 }
-"""What is compared; of vehicles (car, van, truck, misc) unless the title says otherwise."""
+"""What is compared; of vehicles (car, van, truck, misc) unless the title states otherwise."""
 
 
 def compare(ours: Sample, kitti: Sample, splits: int = 10) -> dict[str, Any]:
@@ -138,8 +138,8 @@ def summary(rows: Sequence[Mapping[str, Any]], kitti: Sample) -> dict[str, Any]:
     """Everything that is compared.
 
     Args:
-        rows: Of `measure`.
-        kitti: Of `real_sample`.
+        rows: The rows of `measure`.
+        kitti: The result of `real_sample`.
     """
     ours = Sample.of([boxes_of(row) for row in rows])
     return {

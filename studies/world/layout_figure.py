@@ -86,7 +86,7 @@ def _head(figure: Any, result: Mapping[str, Any]) -> None:
         0.02,
         0.945,
         "Share of frames or objects in each bin, %; of vehicles (car, van, truck, misc) unless the "
-        "title says otherwise.\nUnder each title: the distance between the two, and as a yardstick "
+        "title states otherwise.\nUnder each title: the distance between the two; as a yardstick "
         "that between two random halves of KITTI.",
         fontsize=10,
         color=FAINT,

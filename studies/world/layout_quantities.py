@@ -155,4 +155,4 @@ QUANTITIES: dict[str, Quantity] = {
     "people_distance": Quantity("Distance z of people", "m", _PEOPLE_Z, _edges(0, 70, 2.5)),
     "people_lateral": Quantity("Lateral position x of people", "m", _PEOPLE_X, _edges(-20, 20, 1)),
 }
-"""Everything that is compared; vehicles are the obstacle classes unless the title says more."""
+"""Everything that is compared; vehicles are the obstacle classes unless the title names more."""

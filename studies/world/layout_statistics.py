@@ -44,7 +44,7 @@ def compare(ours: Sample, kitti: Sample, splits: int = 10, seed: int = 0) -> dic
         ours: Generated frames.
         kitti: Labelled frames.
         splits: How many random halvings of `kitti` the yardstick averages.
-        seed: Of the halvings.
+        seed: Seed of the halvings.
 
     Returns:
         JSON-able: for each quantity its ``distance``, its ``yardstick`` (the same distance between
@@ -127,7 +127,7 @@ def compare_with_kitti(
         kitti: Root that holds ``training/label_2``, or ``object/training/label_2``.
         scenarios: Folder of the labelled driving-safety scenarios, for the goal regions.
         count: How many layouts are generated.
-        seed: Of their set.
+        seed: Seed of their set.
 
     Returns:
         The JSON-able result, our sample and KITTI's.

@@ -1,7 +1,7 @@
 """Where KITTI's annotators change their minds about occlusion, found with twins of real frames.
 
-A twin tells how much of each real object is seen when the other labelled objects stand before it;
-the label tells what the annotator thought.
+A twin shows how much of each real object is seen when the other labelled objects stand before it;
+the label states what the annotator thought.
 
 Run ``python -m studies.world.occlusion --kitti ROOT --frames 400``.
 """
@@ -116,7 +116,7 @@ def calibrate(options: argparse.Namespace, frames: int | None = None) -> dict[st
     """Twins of real frames: the best thresholds, and how well those in use do.
 
     Args:
-        options: Of `command.command`.
+        options: The options of `command.command`.
         frames: How many are drawn; as the options say if None.
 
     Raises:

@@ -202,8 +202,8 @@ def summary(rows: Sequence[dict[str, Any]], real: dict[str, dict[str, Any]]) -> 
     """Percentiles of procedural frames beside real scans.
 
     Args:
-        rows: Of `measure`.
-        real: Of `real_scans`.
+        rows: The rows of `measure`.
+        real: The result of `real_scans`.
     """
     points = sum(row["depth"]["points"] for row in rows)
     on_objects = sum(row["boxes"]["points"] for row in rows)

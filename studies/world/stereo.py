@@ -109,8 +109,8 @@ def summary(rows: Sequence[dict[str, Any]], real: dict[str, dict[str, Any]]) -> 
     """Percentiles over procedural pairs beside the real ones.
 
     Args:
-        rows: Of `measure`.
-        real: Of `real_pairs`.
+        rows: The rows of `measure`.
+        real: The result of `real_pairs`.
     """
     return {
         "frames": len(rows),

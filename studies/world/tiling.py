@@ -23,11 +23,11 @@ _COARSE, _STRIP = 35, 0.05
 def texture_repeat(renderer: Renderer, posed: PosedScene) -> float | None:
     """The highest correlation of the road ahead with itself, moved by 0.6 to 6 m.
 
-    Of its blotches: grains smaller than a decimetre are not told apart from a car, and what runs
+    Of its blotches: grains smaller than a decimetre are not distinguished from a car, and what runs
     along the road (wheel tracks, seams, dirt beside kerbs) is like itself anyway.
 
     Args:
-        renderer: Of the scene without actors.
+        renderer: The renderer of the scene without actors.
         posed: The scene.
 
     Returns:

@@ -95,7 +95,7 @@ class FeatureSpread:
     Args:
         image: The left image with the patch in the central square, (crop, crop, 3), in [0, 1].
         patch_radius: Pixels.
-        layers: From shallow to deep.
+        layers: The layers from shallow to deep.
     """
 
     image: Floats
@@ -150,7 +150,7 @@ def feature_spread(
             clean.size, before[1], tuple(before[0].shape[-2:]), tuple(output.shape[-2:]), crop
         )
         difference = grid.central((changed[name] - output).abs().mean((0, 1)))
-        # At the image's edges padding decides, not what is seen: the middle tells the usual.
+        # At the image's edges padding decides, not what is seen: the middle is typical.
         another = grid.central((output - output.roll(1, 0)).abs().mean((0, 1))).mean()
         share, share_absolute = (
             float((difference > threshold * whole).mean()) for whole in (difference.max(), another)
@@ -185,7 +185,7 @@ def features(network: StereoNetwork, images: Tensor) -> Features:
 
     Args:
         network: The network of either detector.
-        images: As it takes them, shape (B, 3, H, W).
+        images: Images as it takes them, shape (B, 3, H, W).
     """
     if isinstance(network, DsgnNetwork):
         extract = network.feature_extraction

@@ -98,7 +98,7 @@ def in_corridor(boxes: Boxes3D, half_width: float = CORRIDOR) -> NDArray[np.bool
     """Whether footprints reach into the lanes that are driven on straight ahead, shape (N,).
 
     Args:
-        boxes: In the camera frame.
+        boxes: The boxes in the camera frame.
         half_width: Half the width of the corridor, metres.
     """
     poses = boxes.poses
@@ -112,7 +112,7 @@ def places(boxes: Boxes3D, view: RoadView, calibration: Calibration) -> list[Gho
     """Where the middles of boxes' feet stand, by what the left image shows there.
 
     Args:
-        boxes: In the camera frame.
+        boxes: The boxes in the camera frame.
         view: Road and side area of the left image.  With what stands beside the road in the side
             area (`EVERYTHING`), a foot hidden by it counts as beside the road.
         calibration: The calibration of the frame.
@@ -194,9 +194,9 @@ def count_ghosts(
     """A frame's ghosts in numbers.
 
     Args:
-        unreal: As `placed_ghosts` gives them.
+        unreal: Flags as `placed_ghosts` gives them.
         where: The places of the ghosts, likewise.
-        areas: As `visible_areas` gives them.
+        areas: Areas as `visible_areas` gives them.
     """
     road, side, unknown = (where.count(place) for place in GhostPlace)
     on_road = np.array([place == GhostPlace.ROAD for place in where], bool)

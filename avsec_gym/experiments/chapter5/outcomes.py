@@ -43,7 +43,7 @@ class Condition:
     """A detector under an attack.
 
     Args:
-        detector: Its name.
+        detector: The detector's name.
         attack: See `avsec_gym.experiments.chapter5.settings`.
         strength: Steps of a perturbation, n.
         whole_levels: Whether attacked pixels were rounded.

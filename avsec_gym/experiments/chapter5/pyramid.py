@@ -29,7 +29,7 @@ class PyramidRow:
     Args:
         attack: The patch, or ``unattacked``.
         scenarios: Number of scenarios, which are the same for both.
-        figures: By name: ``precision_with``, ``precision_without`` (the pyramid),
+        figures: The figures by name: ``precision_with``, ``precision_without`` (the pyramid),
             ``precision_taken_with``, ``precision_taken_without`` (what the patch takes), and
             ``precision_difference`` (how much more it takes without the pyramid); of ``safety``
             likewise.

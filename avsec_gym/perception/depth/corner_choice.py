@@ -37,7 +37,7 @@ _CROP = (256, 640)
 """Height and width of what is looked at: the least that the largest window of the means takes, and
 a minute on two cores."""
 _CLEAR = 0.8
-"""The better error is at most this share of the worse one, or the pair says nothing."""
+"""The better error is at most this share of the worse one, or the pair decides nothing."""
 _FEWEST = 500
 """Pixels of known disparity that such a crop has to have."""
 
@@ -131,7 +131,7 @@ def end_point_errors(
 
 
 def measured_corners(errors: Mapping[bool, float], pair: MeasuredPair) -> bool:
-    """What `end_point_errors` says.
+    """The result of `end_point_errors`.
 
     Raises:
         DataError: Both ways are about as good, or as bad.

@@ -35,7 +35,7 @@ class PsmNetDepth:
 
     Raises:
         ConfigurationError: Another preset, a `state_dict` of another network, or weights that
-            learned to enlarge maps in another way than the configuration says.
+            learned to enlarge maps in another way than the configuration has it.
         DataError: The file cannot be read, or is of another network.
     """
 

@@ -53,7 +53,7 @@ class Replayed:
         self.name = name or self._folder.name
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
-        """What the file of the frame's id says.
+        """The content of the file of the frame's id.
 
         Raises:
             DataError: The file is broken, or holds 2D boxes alone, by which no car can drive.

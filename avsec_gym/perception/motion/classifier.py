@@ -1,4 +1,4 @@
-"""`MovingObjectClassifier`: says of detected objects whether they move."""
+"""`MovingObjectClassifier`: decides of detected objects whether they move."""
 
 from __future__ import annotations
 

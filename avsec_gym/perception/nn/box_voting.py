@@ -32,8 +32,8 @@ def voted_boxes(
         scores: Positive, shape (N,).
         kept: Rows of the M boxes to be voted for; each of them votes for itself.
         overlap: Candidates vote that overlap the box by more (intersection over union from above).
-        turn: And that are turned from it by less, radians, whichever way they point: which way the
-            box points is voted on, too.
+        turn: The largest angle between it and them, radians, whichever way they point: which way
+            the box points is voted on, too.
 
     Returns:
         Location (M, 3), dimensions (M, 3) and rotation_y (M,).

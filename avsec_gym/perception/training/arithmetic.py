@@ -1,6 +1,6 @@
 """In which numbers a training calculates: decided by a measurement of its own steps.
 
-What a processor says of itself decides nothing: some are quicker in bfloat16 without a flag that
+A processor's flags decide nothing: some are quicker in bfloat16 without a flag that
 promises it, others slower with one, and it depends on the network.
 """
 
@@ -64,7 +64,7 @@ def choose_arithmetic(
 
     Args:
         wish: The arithmetic that is asked for, or ``measured``.
-        task: Its `trained` stands on the device, in training mode.
+        task: The task, whose `trained` stands on the device, in training mode.
         batch: A batch on the device.
         rounds: Steps of each, after one that is not counted.
         clock: The clock, in seconds.

@@ -38,7 +38,7 @@ class Checkpoint:
         average: State of the average of the weights.
         optimizer: Its state.
         best: The highest leading metric so far.
-        best_step: When it was reached.
+        best_step: The step at which it was reached.
         without_better: Validations since then.
         validated: The step of the last validation.
         seconds: The seconds of training so far, validations included.
@@ -120,7 +120,7 @@ def resume_network(
 def resume_optimizer(
     checkpoint: Checkpoint, optimizer: torch.optim.Optimizer, folder: Path
 ) -> None:
-    """Let an optimizer go on as a checkpoint says.
+    """Let an optimizer go on from a checkpoint's state.
 
     Raises:
         DataError: Its state is that of another one.

@@ -54,8 +54,8 @@ class CloudSample:
         rectangles: Objects that can be found, shape (N, 5).
         ignored: Objects that need not be found: those with hardly a point on them, and those of
             similar classes, shape (K, 5).
-        azimuths: Between these directions labels are complete, as the camera sees there; radians
-            from x to the left.
+        azimuths: The directions between which labels are complete, as the camera sees there;
+            radians from x to the left.
     """
 
     points: Points

@@ -55,7 +55,7 @@ class DetectionTask(StereoTask):
     """A `Task`.
 
     Args:
-        detector: Its network is trained in place.
+        detector: The detector, whose network is trained in place.
         categories: The categories whose precision is measured; that of the first leads.
         training: Samples of the network's input size.
         validation: Other samples of this size.

@@ -24,7 +24,7 @@ class DisparityTask(StereoTask):
     """A `Task`.
 
     Args:
-        estimator: Its network is trained in place.
+        estimator: The estimator, whose network is trained in place.
         training: Samples of the network's input size.
         validation: Other samples of this size.
         augmentation: The augmentation of training samples.

@@ -47,7 +47,7 @@ class ImageDetectionTask(StereoTask):
     another view's image stands in the mirror.
 
     Args:
-        detector: Its network is trained in place.
+        detector: The detector, whose network is trained in place.
         training: Samples of the network's input size.
         validation: Other samples of this size.
         augmentation: The augmentation of training samples.

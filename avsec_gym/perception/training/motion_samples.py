@@ -39,7 +39,7 @@ class MotionSamples:
 
     Args:
         now: The crops of the frame itself, with a margin around, shape (N, V, H, W, 3).
-        before: Those at each gap, under both stories, shape (N, V, GAPS, 2, H, W, 3); without
+        before: The crops at each gap, under both stories, shape (N, V, GAPS, 2, H, W, 3); without
             gaps for single crops.
         known: Whether there is a crop at each gap, shape (N, GAPS).
         moving: Which of them move in truth, shape (N,).

@@ -57,7 +57,7 @@ class MotionTask:
     """A `Task`.
 
     Args:
-        classifier: Its network is trained in place.
+        classifier: The classifier, whose network is trained in place.
         training: Objects to learn from.
         validation: Objects of other scenes.
         augmentation: The augmentation of training samples; zoom is not used.
@@ -129,7 +129,7 @@ class MotionTask:
         return metrics
 
     def probabilities(self, samples: MotionSamples, gap: int | None) -> NDArray[np.float64]:
-        """What the classifier says of samples' true boxes, shape (N,).
+        """The classifier's results for samples' true boxes, shape (N,).
 
         Args:
             samples: N objects.

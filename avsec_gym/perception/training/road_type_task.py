@@ -61,7 +61,7 @@ class RoadTypeTask:
     """A `Task`.
 
     Args:
-        selector: Its network is trained in place.
+        selector: The selector, whose network is trained in place.
         training: The images to learn from, with a margin of 8 pixels.
         validation: Without.
         augmentation: The augmentation of training samples; zoom is not used.

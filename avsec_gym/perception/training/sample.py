@@ -30,7 +30,7 @@ class StereoSample:
         left_projection: P of the left camera for these pixels, shape (3, 4).
         right_projection: P of the right camera.
         left_disparity: The disparities of the left image, shape (H, W), 0 where unknown.
-        right_disparity: Those of the right image.
+        right_disparity: The disparities of the right image.
         truth: The objects; 2D boxes are in these pixels.
     """
 

@@ -41,7 +41,7 @@ class ScanTask(Generic[Detector, Samples]):
     """The part of a `Task` that does not depend on how a network takes its scans.
 
     Args:
-        detector: Its network is trained in place.
+        detector: The detector, whose network is trained in place.
         training: Scans as the network sees them.
         validation: Other scans.
         augmentation: The augmentation of training samples.

@@ -63,7 +63,7 @@ def _boxes_in_right_image(sample: StereoSample) -> Floats:
     for column, extreme, cut in ((0, np.min, boxes.box2d[:, 0] <= 1),
                                  (2, np.max, boxes.box2d[:, 2] >= last - 1)):  # fmt: skip
         there = extreme(in_right, axis=1)
-        # Where the left image cuts a box off, its edge says nothing about the object's.
+        # Where the left image cuts a box off, its edge is not the object's.
         edge = np.where(cut, there, boxes.box2d[:, column] + there - extreme(in_left, axis=1))
         moved[:, column] = np.clip(edge, 0, last)
     return moved

@@ -99,7 +99,8 @@ def train(
     On a CPU, a run that was stopped and resumed has the weights of one that was not, bit for bit.
 
     Args:
-        task: Its network is left with the averaged weights of the end, in evaluation mode.
+        task: The task, whose network is left with the averaged weights of the end, in evaluation
+            mode.
         configuration: What the result depends on.
         folder: The folder of the run: checkpoint and curves.
         machine: The device, and how long it may take.

@@ -17,7 +17,7 @@ def zoomed(sample: StereoSample, factor: float, left: float, top: float) -> Ster
     the projections follow.  Objects outside of the window are left out.
 
     Args:
-        sample: Before.
+        sample: The sample before.
         factor: 1 or more.
         left: Where the window is, as a share of the room that there is: 0 left, 1 right.
         top: 0 top, 1 bottom.

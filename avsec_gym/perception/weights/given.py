@@ -51,7 +51,7 @@ def card_of(weights: Weights, name: str) -> ModelCard | None:
 
     Args:
         weights: See `Weights`.
-        name: As for `give_weights`.
+        name: The name as for `give_weights`.
 
     Raises:
         DataError: No such weights come with the package, or the card is none.

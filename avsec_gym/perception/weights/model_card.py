@@ -19,12 +19,12 @@ class ModelCard:
         beside: What was learned with the network and is no part of it, such as weights of losses.
         steps: The number of training steps.
         epochs: The number of epochs.
-        minutes: It took, validations included.
+        minutes: The minutes that it took, validations included.
         samples_seen: Training samples, each as often as it was seen.
         compute_seconds: The seconds of training steps alone.
         images_per_hour: Samples in an hour of steps.
         arithmetic: Numbers that the training calculated in, and why.
-        hardware: It ran on.
+        hardware: The hardware that it ran on.
         command: The command that made the weights.
         before: Trainings whose weights this one began with, the first one first; see `trainings`.
         versions: The versions of what made them.

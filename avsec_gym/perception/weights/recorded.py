@@ -1,4 +1,4 @@
-"""What a card says of its network that the shapes of its tensors do not.
+"""What a card states of its network that the shapes of its tensors do not.
 
 The same weights fit a network whichever way it enlarges its maps, and answer with other numbers:
 PSMNet's published ones are 1.2 px off on KITTI where 0.3 is theirs.
@@ -63,7 +63,7 @@ def recorded_corners(card: ModelCard | None, name: str, default: bool) -> bool:
     found = dict(_corners({} if card is None else card.configuration)).get(name, default)
     if not isinstance(found, bool):
         raise DataError(
-            f"The weights' card says {name}: {found!r}, which is neither true nor false.",
+            f"The weights' card has {name}: {found!r}, which is neither true nor false.",
             remedy="Import or train the weights again.",
         )
     return found

@@ -1,4 +1,4 @@
-"""Weights as files: safetensors, and beside them a card that says where they come from."""
+"""Weights as files: safetensors, and beside them a card that states where they come from."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> Model
     Args:
         path: A ``.safetensors`` file, written over.
         network: The network whose weights are stored.
-        card: Its `storage` (``float16`` or ``float32``) is that of all floating-point numbers;
-            size and hash are filled in.
+        card: The card, whose `storage` (``float16`` or ``float32``) is that of all floating-point
+            numbers; size and hash are filled in.
 
     Returns:
         The card as written.

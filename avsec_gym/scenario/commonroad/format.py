@@ -16,7 +16,7 @@ MARK = "avsec-gym "
 
 @cache
 def import_quietly() -> None:
-    """commonroad-io's protobuf warns as it is imported, of what users cannot mend."""
+    """commonroad-io's protobuf warns as it is imported, of what users cannot change."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import_module("commonroad.common.file_reader")

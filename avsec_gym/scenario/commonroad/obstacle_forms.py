@@ -2,7 +2,7 @@
 
 Format 2018b has ``<obstacle>`` with a ``<role>``, format 2020a an element for each role, and
 commonroad-io passes over those of the other format.  An ``<environmentObstacle>`` is a building or
-a pillar that stands where its shape says.
+a pillar that stands where its shape places it.
 """
 
 from __future__ import annotations

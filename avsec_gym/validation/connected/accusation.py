@@ -60,10 +60,10 @@ def upheld_by_rays(
 
     Args:
         decision: What was decided of R regions.
-        counts: What witness ``k`` says of the claim of ``j``, shape (R, V, V, 3).
+        counts: What witness ``k`` reports of the claim of ``j``, shape (R, V, V, 3).
         authors: Lone author of each region, shape (R,).
         rates: The chances of rays.
-        rule: From which ratio a vehicle accuses.
+        rule: The rule, with the ratio from which on a vehicle accuses.
 
     Returns:
         The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).

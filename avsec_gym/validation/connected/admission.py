@@ -96,7 +96,7 @@ def admitted_crops(
 
 
 def admitted_counts(counts: WitnessCounts, claims: Claims) -> WitnessCounts:
-    """What a witness says of a vehicle's claims, of which no more than was claimed.
+    """What a witness reports of a vehicle's claims, of which no more than was claimed.
 
     Rows of regions that were not claimed, or with more voxels than the claim has, are left out.
 

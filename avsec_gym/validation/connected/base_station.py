@@ -46,7 +46,8 @@ class RegionDecision:
     """What the base station decides of a region.
 
     Args:
-        distances: Of all pairs of vehicles, metres, shape (n, n), NaN where nothing was compared.
+        distances: Distances of all pairs of vehicles, metres, shape (n, n), NaN where nothing was
+            compared.
         attacked: The vehicles that are named.
         alarm: Whether some distance exceeds theta, whoever is attacked.
     """
@@ -117,7 +118,7 @@ def decide(distances: Floats, threshold: float) -> list[RegionDecision]:
     """Step 6: for each region, whether there was an attack, and on whom.
 
     Args:
-        distances: As `region_distances` returns them, shape (regions, n, n).
+        distances: Distances as `region_distances` returns them, shape (regions, n, n).
         threshold: Theta, metres; see `distance_threshold`.
     """
     return [

@@ -27,7 +27,8 @@ class ConnectedConstants:
         rule: How evidence of rays becomes a decision.
         epsilon: Mean distance of ground surfaces, metres (equation 4.1).
         theta: Distance beyond which two surfaces are not of one thing, metres.
-        of_distance: From the largest distance of a region to the probability of an attack.
+        of_distance: The calibration from the largest distance of a region to the probability of an
+            attack.
 
     Raises:
         ConfigurationError: An epsilon or theta that is no distance.

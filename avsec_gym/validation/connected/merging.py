@@ -43,7 +43,7 @@ def merged_regions(
     Args:
         proposed: The regions of each vehicle, world frame, the surest first.
         duplicate_iou: Intersection over union from above beyond which two are joined.
-        most: At most so many are kept, those first that most proposals agree on; None: all.
+        most: The largest number that is kept, those first that most proposals agree on; None: all.
 
     Returns:
         World frame.

@@ -48,11 +48,11 @@ def exchange_rays(
         merged: The regions.
         margins: What may lie apart.
         traffic: Takes the messages.
-        budget: Of each vehicle.
+        budget: The budget of each vehicle.
         motions: What each vehicle knows of what moves; None: all stands.
 
     Returns:
-        What witness ``k`` says of the claim of ``j``, 0 where it says nothing, shape (R, V, V, 3).
+        What witness ``k`` reports of the claim of ``j``, 0 where it does not, shape (R, V, V, 3).
     """
     regions, others = merged.regions, len(scans) - 1
     observers, claimed = [], dict[int, Claims]()

@@ -25,9 +25,9 @@ class AccusedRegion:
         index: Its number among the regions of the instant.
         kind: What the best explanation is.
         probability: Probability of an attack.
-        vehicle: Whose LiDAR is attacked, or `CANNOT_TELL`.
+        vehicle: The vehicle whose LiDAR is attacked, or `CANNOT_TELL`.
         share: Probability, if there is an attack, of this kind and vehicle; of the likeliest
-            vehicle where that cannot be told.
+            vehicle where that cannot be decided.
     """
 
     index: int
@@ -54,9 +54,10 @@ class ConnectedResult:
         removal: Likewise of an object removed from each vehicle's scan, shape (R, V).
         named: The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
         traffic: The messages, with bytes and seconds.
-        counts: What witness ``k`` says of the claim of ``j``, shape (R, V, V, 3); None without
+        counts: What witness ``k`` reports of the claim of ``j``, shape (R, V, V, 3); None without
             rays.
-        distances: Of the surfaces of all pairs, metres, shape (R, V, V); None without surfaces.
+        distances: Distances of the surfaces of all pairs, metres, shape (R, V, V); None without
+            surfaces.
     """
 
     id: str
@@ -79,7 +80,7 @@ class ConnectedResult:
 
     @property
     def accused(self) -> tuple[int, ...]:
-        """The vehicles that are named, by number; none at an alarm: it cannot be told."""
+        """The vehicles that are named, by number; none at an alarm: which one cannot be decided."""
         return tuple(sorted(set(self.named[self.named >= 0].tolist())))
 
     @property
@@ -113,7 +114,7 @@ class ConnectedResult:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """A row for a file or a line of JSON; `vehicle` is null where it cannot be told."""
+        """A row for a file or a line of JSON; `vehicle` is null where it cannot be decided."""
         return {
             "id": self.id,
             "method": self.method,

@@ -30,8 +30,8 @@ class ComparedSurfaces:
     """What the surfaces of an instant say.
 
     Args:
-        distances: Of all pairs of vehicles, metres, shape (R, V, V), NaN where nothing was
-            compared.
+        distances: Distances of all pairs of vehicles, metres, shape (R, V, V), NaN where nothing
+            was compared.
         top: The highest point that each vehicle has in each region above its bottom, metres, shape
             (R, V); NaN without points.
     """

@@ -45,7 +45,8 @@ class Traffic:
     Args:
         vehicles: Number of vehicles.
         wire: What arrives of each message.
-        most_bytes: Of all that one vehicle sends; what exceeds it is refused. None: all is taken.
+        most_bytes: The most bytes that one vehicle sends; what exceeds them is refused. None: all
+            is taken.
     """
 
     def __init__(

@@ -44,7 +44,7 @@ class ConnectedValidator:
         constants: What evidence is worth; see `ConnectedFit.constants`.
         method: ``rays`` or ``surfaces``.
         proposer: Proposes regions of a scan, all around.
-        budget: Of what a vehicle sends by the method of rays.
+        budget: The budget of what a vehicle sends by the method of rays.
         mesher: Makes surfaces.
 
     Raises:

@@ -58,7 +58,7 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
     Args:
         image: The image of the reference camera, shape (H, W, 3).
         other: The image of the camera to its right, the same shape.
-        disparity: In the view of the reference, pixels, NaN where unknown, shape (H, W).
+        disparity: Disparity in the view of the reference, pixels, NaN where unknown, shape (H, W).
 
     Returns:
         All 1 with fewer than `FEWEST` pixels.

@@ -36,9 +36,10 @@ class DisparityError:
     Args:
         inconsistent: Pixels whose disparities differ (equation 3.2).
         valid: Pixels known in both maps.
-        pixels: That could be known in both: those of the scan, of two dense maps all.
-        densest: Of a scan the share of `disproved_points` in that window of `WINDOW` which has
-            most; 0 of two dense maps, whose contradictions nothing decides.
+        pixels: The number of pixels that could be known in both: those of the scan, of two dense
+            maps all.
+        densest: The share of a scan, that of `disproved_points` in that window of `WINDOW` which
+            has most; 0 of two dense maps, whose contradictions nothing decides.
         brightness: `Brightness.patches` of that pair of the triple's cameras which has most: the
             reference does not see all that two others do.
     """

@@ -44,7 +44,7 @@ def seen_by_both(disparity: Disparity) -> Mask:
     nearer by what equation 3.2 calls inconsistent; and outside of the other image.
 
     Args:
-        disparity: Of the left camera, pixels, NaN where unknown, shape (H, W).
+        disparity: Disparity of the left camera, pixels, NaN where unknown, shape (H, W).
     """
     return _seen_by_both(np.ascontiguousarray(disparity, np.float32))
 

@@ -30,7 +30,7 @@ class StateEvidence:
 
     Args:
         clean: The frame without an attack.
-        tampered: For each sensor that can be attacked, the frame with this one attacked; what
+        tampered: The frame with one sensor attacked, for each that can be; what
             other sensors deliver in it does not count.
         system: The sensors.
         depth: How disparities of two cameras are found.

@@ -66,15 +66,15 @@ class LikelihoodModel:
         on: The sensors, the depth and the data.
         log_density: ln f of each element under each pattern, the clean one first, at `SCORES`
             scores from `LEAST_SCORE` on, shape (M, 8, SCORES); of pairs half of the patterns.
-        correlation: Between two elements, by whether the first and the second are touched, shape
-            (2, 2, M, M).
-        lowest: Of the scores u seen, shape (M,); evidence below counts as this.
+        correlation: Correlation of two elements, by whether the first and the second are touched,
+            shape (2, 2, M, M).
+        lowest: The lowest of the scores u seen, shape (M,); evidence below counts as this.
         highest: The same above.
-        weights: Of the elements, and of c the last, 0 or more, shape (M + 1,).
+        weights: Weights of the elements, and of c the last, 0 or more, shape (M + 1,).
         offset: Added for each attacked sensor.
-        scale: Of u, see `NormalScores`; None: log-odds.
+        scale: The scale of u, see `NormalScores`; None: log-odds.
         clean_scores: `alarm_scores` of clean frames that the fit held out, shape (any,).
-        strangest: Of the same frames the largest of their `strangeness`, clean and in all states
+        strangest: The largest, in the same frames, of their `strangeness`, clean and in all states
             that the fit held out, shape (any,).
 
     Raises:
@@ -187,7 +187,7 @@ class LikelihoodModel:
                 beyond a threshold, that of the `alarm_scores` or that of their `strangeness`.  The
                 latter has a fifth of r; beyond it a frame is not familiar.  With fewer than 5 / r
                 frames it is the largest that was held out.
-            prior: Of the probabilities, see `posterior`; alarms do not depend on it.
+            prior: The prior of the probabilities, see `posterior`; alarms do not depend on it.
 
         Raises:
             ConfigurationError: As `posterior`; a rate that is none; no clean frames were held out.

@@ -29,8 +29,8 @@ class NormalScores:
     log-odds, so that what lies beyond all that was seen is the less probable, the farther out.
 
     Args:
-        quantiles: Of clean frames' log-odds, ascending and evenly spread in probability, shape
-            (Q, M); without any, scores are the log-odds.
+        quantiles: Quantiles of clean frames' log-odds, ascending and evenly spread in probability,
+            shape (Q, M); without any, scores are the log-odds.
         begins: Where the tail begins, log-odds, shape (M,).
         chances: Which share of clean frames is beyond that, above 0, shape (M,).
         tails: Their mean excess, log-odds, shape (M,).

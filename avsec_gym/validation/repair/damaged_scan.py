@@ -54,7 +54,7 @@ class DamagedScan:
 
     Args:
         points: Which points are bogus, shape (M,).
-        lost: In which directions returns are missing, shape (140, 1800): rows from `LOWEST` up,
+        lost: The directions in which returns are missing, shape (140, 1800): rows from `LOWEST` up,
             columns from behind over the right, ahead and the left, `STEP` by `STEP`.
     """
 

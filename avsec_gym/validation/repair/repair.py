@@ -47,9 +47,9 @@ class Repair:
     """A repaired frame.
 
     Args:
-        frame: To be used in place of the tampered one.
-        pixels: Of each attacked camera, what was found damaged and filled, shape (H, W).
-        made_up: Of each attacked camera, the part of that which no trusted camera saw.
+        frame: The frame to be used in place of the tampered one.
+        pixels: Pixels of each attacked camera: what was found damaged and filled, shape (H, W).
+        made_up: The part of that, for each attacked camera, which no trusted camera saw.
         scan: What was found wrong with the tampered scan; None: the LiDAR is trusted.
         refilled: Which points of the repaired scan are the cameras', shape (M,).
     """

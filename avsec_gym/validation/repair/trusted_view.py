@@ -85,7 +85,7 @@ def trusted_depth(
 
     Args:
         frame: The frame.
-        camera: Whose view.
+        camera: The camera whose view it is.
         trusted: Sensors.
         depth: How disparities of two cameras are found.
 
@@ -123,7 +123,7 @@ def filled_depth(depth: Depth) -> Depth:
     other see differently; rows without any depth, the nearest pixel's again.
 
     Args:
-        depth: With at least one pixel known.
+        depth: Depth with at least one pixel known.
     """
     known = np.isfinite(depth)
     distance, label = cv2.distanceTransformWithLabels(

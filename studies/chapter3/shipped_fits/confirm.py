@@ -1,4 +1,4 @@
-"""Says of shipped fits that they hold for today's code, where it measures what they were made of.
+"""States that shipped fits hold for today's code, where it measures what they were made of.
 
 Run ``python -m studies.chapter3.shipped_fits.confirm`` after a change of the code
 that is to change no figure: the first frames are rendered and measured again. A change that does is

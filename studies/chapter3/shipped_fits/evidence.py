@@ -38,7 +38,7 @@ class SystemEvidence:
         system: The sensors.
         states: Shape (K, n + 1).
         shares: `MEASURES` of every triple, shape (N, K, triples, 4).
-        elements: As `gather_evidence`, shape (N, K, M).
+        elements: Elements as of `gather_evidence`, shape (N, K, M).
     """
 
     system: SensorSystem
@@ -84,7 +84,7 @@ def shipped_drives(count: int, seed: int, part: str) -> Path:
     Made in the user's cache on first use.
 
     Args:
-        count: Of frames.
+        count: The number of frames.
         seed: Seed of the drives; other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
 
@@ -109,7 +109,7 @@ def measured(evidence: StateEvidence, states: States) -> Floats:
     """The evidence of a frame, as one row: `MEASURES` of all triples, then the evidence, by state.
 
     Args:
-        evidence: Of the frame.
+        evidence: The evidence of the frame.
         states: Shape (K, n + 1).
 
     Returns:
@@ -127,9 +127,9 @@ def evidence_of(rows: Floats, system: SensorSystem, states: States | None = None
     """Rows of `measured` taken apart.
 
     Args:
-        rows: Of N frames, shape (N, K, any).
+        rows: Rows of N frames, shape (N, K, any).
         system: The sensors.
-        states: In which they are; None: all.
+        states: The states in which they are; None: all.
     """
     states = state_vectors(len(system)) if states is None else states
     shares = 4 * len(system.triples)

@@ -50,8 +50,8 @@ def write_fits(frames: int, seed: int, samples: Path, out: Path) -> None:
     """Measure, fit, and write a file of thresholds and one of likelihoods for each system.
 
     Args:
-        frames: Of as many drives.
-        seed: Of the drives, and of the attacks on them.
+        frames: The number of frames, of as many drives.
+        seed: Seed of the drives, and of the attacks on them.
         samples: What is measured of each frame, a line each.
         out: Folder of the files, which are written over.
 
@@ -87,7 +87,7 @@ def fitted_row(frame: SensorFrame, depth: PairDepth, seed: int, number: int) -> 
     Args:
         frame: A frame without an attack.
         depth: How disparities are found.
-        seed: Of the fit.
+        seed: Seed of the fit.
         number: The number of the frame.
     """
     attack_of = partial(attack_to_fit_on, reference=SYSTEM.reference)

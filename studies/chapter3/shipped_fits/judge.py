@@ -120,7 +120,7 @@ def attacked_in_turn_rows(
         system: The sensors.
         depth: How disparities are found.
         kept: What was measured before, which is not measured again.
-        seeds: Of the attacks.
+        seeds: Seeds of the attacks.
 
     Returns:
         Of each seed, shape (seeds, n + 2, any).
@@ -147,7 +147,7 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
     """How often there is an alarm, and exactly the attacked sensors are named, case by case.
 
     Args:
-        evidence: In the states of `one_at_a_time`.
+        evidence: Evidence in the states of `one_at_a_time`.
         frame: A frame of the rig.
         rate: The designated false alarm rate r.
         fits: Folder of the files.
@@ -177,7 +177,7 @@ def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Sa
 
     Args:
         table: The threshold table.
-        shares: Of every triple, shape (N, triples, 4).
+        shares: Shares of every triple, shape (N, triples, 4).
         rate: The designated false alarm rate r.
     """
     system, chosen = table.on.system, table.thresholds(rate)
@@ -199,7 +199,7 @@ def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) ->
     """What `LikelihoodValidator` reports of N frames.
 
     Args:
-        model: Of likelihoods.
+        model: The model of likelihoods.
         elements: Shape (N, M).
         rate: The designated false alarm rate r.
     """

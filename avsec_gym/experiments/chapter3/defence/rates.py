@@ -74,7 +74,7 @@ class AlarmRow:
         alarms: Frames with an alarm.
         named_exactly: Frames in which the attacked sensors were named and no others, with an alarm
             for an attack and without one for none.
-        frames_to_alarm: Of so many drives, which frame brought the first alarm, see
+        frames_to_alarm: The number of drives by the frame that brought the first alarm, see
             `frames_to_alarm`; None without an attack.
     """
 

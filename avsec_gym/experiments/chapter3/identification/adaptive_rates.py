@@ -34,9 +34,9 @@ class AdaptiveRow:
     Args:
         kind: The kind of attack, one of `KINDS`.
         attacked: Positions of the attacked sensors.
-        detected: By each of the `SCENARIOS` that holds one of them.
-        named: By algorithm 2, exactly these.
-        named_likeliest: By maximum likelihood, exactly these.
+        detected: The share that is detected by each of the `SCENARIOS` that holds one of them.
+        named: The share named by algorithm 2, exactly these.
+        named_likeliest: The share named by maximum likelihood, exactly these.
         accused: Maximum likelihood names a sound sensor.
     """
 

@@ -29,10 +29,10 @@ class BeyondRow:
     Args:
         kind: The kind of attack, one of `BEYOND`.
         sensor: The attacked sensor, 0 for S_0.
-        detected: By the first of `SCENARIOS` that holds the sensor.
+        detected: The share that is detected by the first of `SCENARIOS` that holds the sensor.
         detected_by_error: The same by E alone.
-        named: By algorithm 2.
-        named_likeliest: By maximum likelihood.
+        named: The share named by algorithm 2.
+        named_likeliest: The share named by maximum likelihood.
     """
 
     kind: str
@@ -50,7 +50,7 @@ def beyond_rates(
 
     Args:
         fitted: The frames whose clean states give the thresholds.
-        judged: By kind (`BEYOND`), the frames in the states with one attacked sensor (`alone`).
+        judged: The frames by kind (`BEYOND`) in the states with one attacked sensor (`alone`).
         on: The sensors and the depth that the thresholds hold for.
         model: The likelihood model that was fitted on the same frames.
     """

@@ -28,11 +28,11 @@ class StatusShares:
     """How right the statuses are, of frames with so many attacked sensors.
 
     Args:
-        right: Of the statuses of all sensors.
-        wrong: Of the statuses of all sensors.
-        cannot_tell: Of the statuses of all sensors.
-        all_right: Of the frames.
-        alarms: Of the frames.
+        right: The share of the statuses of all sensors.
+        wrong: The share of the statuses of all sensors.
+        cannot_tell: The share of the statuses of all sensors.
+        all_right: The share of the frames with every status right.
+        alarms: The share of the frames with an alarm.
     """
 
     right: Share
@@ -82,9 +82,10 @@ class Calibration:
     Args:
         rate: Its designated false alarm rate r.
         certainty: The probability that a status needs.
-        statuses: By the number of attacked sensors, as text.
-        probabilities: By the prior as it comes.
-        all_alike: By a prior by which every state is equally probable, most of them beyond n - 2.
+        statuses: Shares by the number of attacked sensors, as text.
+        probabilities: Probabilities by the prior as it comes.
+        all_alike: Figures by a prior by which every state is equally probable, most of them beyond
+            n - 2.
     """
 
     rate: float

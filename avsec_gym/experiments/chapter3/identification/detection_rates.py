@@ -44,7 +44,7 @@ class CaseRates:
     """How often an alarm is raised.
 
     Args:
-        cases: By the attacked sensors (`case_name`) the share of frames with an alarm.
+        cases: The share by the attacked sensors (`case_name`) of frames with an alarm.
         average: The mean of all cases.
         interval: Its 95 % interval.
         false_alarms: The alarms on clean frames.

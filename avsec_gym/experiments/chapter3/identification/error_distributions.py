@@ -44,7 +44,7 @@ class CaseDistribution:
         largest: The largest error, up to where there are forty equal bins from 0.
         clean: The share of clean frames in each bin.
         cases: The same of attacked ones, by the attacked sensors.
-        beside: On which side of the thesis' bounds E lies.
+        beside: The side of the thesis' bounds on which E lies.
     """
 
     scenario: str

@@ -46,13 +46,13 @@ class IdentificationRates:
 
     Args:
         rate: The designated false alarm rate r.
-        sensors: For an attack on each sensor alone, by its name.
-        together: By how many are attacked, as text, up to n - 2.
+        sensors: Rates for an attack on each sensor alone, by its name.
+        together: Rates by how many are attacked, as text, up to n - 2.
         average: Over every set of up to n - 2 sensors.
         interval: The 95 % interval of `average`.
         reported: The same average of what the validator reports.
         beyond: Over larger sets.
-        false_alarms: Of clean frames, whichever sensor is named.
+        false_alarms: The share of clean frames, whichever sensor is named.
     """
 
     rate: float

@@ -83,7 +83,7 @@ class ValidationSummary:
         depth: The settings of the depth estimator.
         detection: The detection rates, by system, criterion and r.
         identification: The identification rates, by method and r.
-        independent: Those of maximum likelihood by a prior of independent attacks.
+        independent: The rates of maximum likelihood by a prior of independent attacks.
         unseen: The rates without the frames that were looked at; None: there are none.
         calibration: How often statuses and probabilities are right.
         beyond: The rates of attacks beyond the thesis' settings.

@@ -89,9 +89,9 @@ class LocalisationSummary:
 
     Args:
         detector: The detector of images that looked at repaired frames; empty: none.
-        score_threshold: From which score on its boxes count.
+        score_threshold: The score from which on its boxes count.
         scan_detector: The detector of scans; empty: none.
-        scan_score_threshold: From which score on its boxes count.
+        scan_score_threshold: The score from which on its boxes count.
         attacks: One row for each attack.
     """
 

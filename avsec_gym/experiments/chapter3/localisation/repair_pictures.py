@@ -65,7 +65,7 @@ def repair_pictures(
         summary: The rows of a run.
         repairs: Makes them again.
         count: How many at most.
-        on_progress: Told how many of how many are done.
+        on_progress: Called with how many of how many are done.
 
     Raises:
         DataError: The recordings are not where they were.

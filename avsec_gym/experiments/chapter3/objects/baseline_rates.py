@@ -58,7 +58,7 @@ class BaselineSummary:
 
     Args:
         frames: The number of frames of each part.
-        objects: From which score on boxes count, see `score_thresholds`.
+        objects: The scores from which on boxes count, see `score_thresholds`.
         rows: The rates of `baseline_rates`.
     """
 

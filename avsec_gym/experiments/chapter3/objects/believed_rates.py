@@ -50,7 +50,8 @@ class BelievedSummary:
     """Which bogus points detectors believe.
 
     Args:
-        objects: Of each detector from which score on a box is an obstacle, see `score_threshold`.
+        objects: The score of each detector from which on a box is an obstacle, see
+            `score_threshold`.
         rows: The shares of each detector and kind.
     """
 

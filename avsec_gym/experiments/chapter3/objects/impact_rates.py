@@ -41,7 +41,7 @@ class BogusReturnShares:
     """How often the bogus return is taken for an obstacle.
 
     Args:
-        score: From which score on a box is one.
+        score: The score from which on a box is one.
         clean: Frames with one at that place in the clean scan.
         taken: Frames with one there in the attacked scan.
         newly: Frames with one there in the attacked scan alone.
@@ -59,8 +59,8 @@ class BogusReturnImpact:
 
     Args:
         detector: The detector.
-        shares: By the score of `score_thresholds`.
-        by_score: By each of `SCORES`.
+        shares: Shares by the score of `score_thresholds`.
+        by_score: Shares by each of `SCORES`.
     """
 
     detector: str
@@ -92,8 +92,8 @@ class ImpactSummary:
     """What optical attacks do to undefended detectors.
 
     Args:
-        lidar: Of bogus returns.
-        camera: Of faculae; None without labels.
+        lidar: The impact of bogus returns.
+        camera: The impact of faculae; None without labels.
     """
 
     lidar: BogusReturnImpact

@@ -30,8 +30,8 @@ class ScoreThreshold:
 
     Args:
         score: The score.
-        precision: On the fitted frames (cars, moderate, IoU 0.5 from above or in the image); None:
-            not known.
+        precision: Precision on the fitted frames (cars, moderate, IoU 0.5 from above or in the
+            image); None: not known.
         recall: The same.
     """
 

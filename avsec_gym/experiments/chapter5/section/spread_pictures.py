@@ -34,7 +34,7 @@ class MapPicture:
 
     Args:
         layer: Its name.
-        image: As a data URI, from no change to the layer's largest.
+        image: The map as a data URI, from no change to the layer's largest.
         radius: The radius that changes by the layer's maximum, in multiples of the patch's.
         radius_absolute: The radius by what another image would change, likewise.
     """
@@ -52,7 +52,7 @@ class SpreadPicture:
     Args:
         title: Detector, patch and images.
         image: What the left camera sees, as a data URI.
-        maps: From shallow to deep.
+        maps: The maps from shallow to deep.
     """
 
     title: str

@@ -97,10 +97,10 @@ class DsgnConfiguration:
     """Anchors of each class, evenly turned."""
     half_turns: bool = False
     """Whether an anchor stands for a box and for the same box turned round: the angles then spread
-    over half a turn, and a number of each anchor says which way its box heads."""
+    over half a turn, and a number of each anchor states which way its box heads."""
     fit: bool = False
-    """Whether a number of each anchor says how well its box fits: the intersection over union in
-    space with the object."""
+    """Whether a number of each anchor estimates how well its box fits: the intersection over
+    union in space with the object."""
 
     depth_loss: Literal["expectation", "planes"] = "expectation"
     """Of depth: the smooth L1 error of the expectation, or the cross entropy of the bins against

@@ -105,7 +105,7 @@ def _boxes(
     size: tuple[int, int],
     rule: DecodingRule,
 ) -> Boxes3D:
-    """What stays of the candidates, voted on where the rule says so."""
+    """What stays of the candidates, voted on where the rule asks for it."""
     location, dimensions, rotation_y = (
         part.copy() for part in (found.location, found.dimensions, found.rotation_y)
     )

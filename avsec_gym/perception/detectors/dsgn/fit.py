@@ -1,6 +1,6 @@
 """How well DSGN's boxes fit: what its scores learn beside the class.
 
-A class says that a car stands about here; average precision at an overlap of 0.7 asks whether the
+A class states that a car stands about here; average precision at an overlap of 0.7 asks whether the
 box stands where the car does (IoU-Net: Jiang et al., ECCV 2018).
 """
 

@@ -27,19 +27,20 @@ from avsec_gym.perception.nn.pyramid_pooling import STRIDE, FeatureExtraction
 
 @dataclass(frozen=True, eq=False)
 class DsgnOutput:
-    """What the network says of B pairs; A anchor angles, K classes, Z x X bird's-eye cells.
+    """What the network predicts of B pairs; A anchor angles, K classes, Z x X bird's-eye cells.
 
     Args:
         depth: Expected depth of every pixel of the left image, metres, shape (B, H, W).
-        depth_logits: Before the softmax over D depths (dimension 1), shape (B, D, h, w): of the
-            pixels of the image in the full configurations, of those of the features in `small`.
+        depth_logits: Depth scores before the softmax over D depths (dimension 1), shape (B, D, h,
+            w): of the pixels of the image in the full configurations, of those of the features in
+            `small`.
         depth_bins: The depths in metres, far to near, shape (D,).
-        class_logits: Before the sigmoid, shape (B, A, K, Z, X).
+        class_logits: Class scores before the sigmoid, shape (B, A, K, Z, X).
         boxes: The boxes of every anchor.
-        centerness: Before the sigmoid, shape (B, A, Z, X).
-        reversal: Before the sigmoid: whether the box heads the other way than its corners tell,
-            shape (B, A, K, Z, X); None without `half_turns`.
-        fit: Before the sigmoid: intersection over union of the box with the object, shape
+        centerness: Centerness before the sigmoid, shape (B, A, Z, X).
+        reversal: Direction before the sigmoid: whether the box heads the other way than its
+            corners state, shape (B, A, K, Z, X); None without `half_turns`.
+        fit: Fit before the sigmoid: the intersection over union of the box with the object, shape
             (B, A, K, Z, X); None without `fit`.
 
     Rows of the bird's-eye view run as ``configuration.grid.z`` does, from far to near, its columns

@@ -1,4 +1,4 @@
-"""The region proposal network, and from what it says to regions (Ren et al., 2015, section 3.1)."""
+"""The region proposal network, and its regions (Ren et al., 2015, section 3.1)."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def propose(
     Args:
         output: The output of the proposal network.
         count: Regions before and after suppression.
-        overlap: Above which a worse region is suppressed.
+        overlap: The overlap above which a worse region is suppressed.
         least_side: Lower or narrower regions are dropped, pixels.
     """
     images = len(output.logits)

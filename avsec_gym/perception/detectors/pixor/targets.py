@@ -58,7 +58,7 @@ def cell_targets(
             positive (of two on each other, for the second one).
         configuration: The configuration of the network.
         ignored: Rectangles whose cells are not judged, unless they are on an object.
-        azimuths: Only cells in these directions are judged, radians from x to the left: where
+        azimuths: The directions whose cells are judged, radians from x to the left: where
             labels are complete.
     """
     corners = configuration.corners()

@@ -29,7 +29,7 @@ class BinCoding:
         bin: Side of a bin, metres.
         headings: Bins of the heading.
         is_fine: Whether headings are coded within a quarter turn about a proposal's own, and up to
-            half a turn: the proposal says where the front is.
+            half a turn: the proposal states where the front is.
         size: The size of which sizes are coded as shares, more or less.
 
     Raises:

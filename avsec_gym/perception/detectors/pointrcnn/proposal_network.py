@@ -1,4 +1,4 @@
-"""PointRCNN's first stage: every point says whether it is on an object, and where that one is.
+"""PointRCNN's first stage: for every point, whether it is on an object, and where that one is.
 
 With `proposals` it can be used by itself, as the thesis does for connected vehicles (chapter 4).
 """

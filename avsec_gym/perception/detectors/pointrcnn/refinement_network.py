@@ -1,4 +1,4 @@
-"""PointRCNN's second stage: the points in each proposal, seen from it, say how to mend it."""
+"""PointRCNN's second stage: the points in each proposal, seen from it, correct it."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ _VIEWPOINTS = np.array(
 
 @dataclass(frozen=True, eq=False)
 class ObservedBoxes:
-    """What the network says of N cars, in pixels of the camera's images.
+    """What the network predicts of N cars, in pixels of the camera's images.
 
     Args:
         left: 2D boxes in the left image, shape (N, 4): left, top, right, bottom.

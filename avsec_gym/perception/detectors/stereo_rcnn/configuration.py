@@ -65,8 +65,8 @@ class StereoRcnnConfiguration:
         he_initialisation: Start hidden layers after He et al., and residual blocks as identities,
             for training from scratch; else with the small normal weights of the published code,
             for a pretrained body.
-        fit: Whether a number of each region says how well its box fits: the intersection over union
-            in space with the object.
+        fit: Whether a number of each region estimates how well its box fits: the intersection over
+            union in space with the object.
         rule: Which regions become boxes.
         alignment: How dense alignment searches depths.
 

@@ -12,7 +12,7 @@ class DecodingRule:
     """Which regions become boxes; the defaults are the published numbers.
 
     Args:
-        least_score: Below this probability of its class, a region is no detection.
+        least_score: The probability of its class below which a region is no detection.
         overlap: Left boxes that overlap more than this suppress each other.
         fit_share: Share a of the predicted fit in a score: class probability^(1 - a) * fit^a.
 

@@ -1,7 +1,7 @@
 """Depth of a solved box from the pixels themselves (Li et al. 2019, section 5).
 
 The lower half of a car's image, between its borders, is taken to lie on those faces of the box
-that look at the camera.  For every depth of the box's centre, this says where each left pixel is
+that look at the camera.  For every depth of the box's centre, this gives where each left pixel is
 in the right image; the depth whose colours differ least is the box's.
 """
 

@@ -1,6 +1,6 @@
 """How well Stereo R-CNN's boxes fit: what its scores learn beside the class.
 
-A class says that a car stands about here; average precision at an overlap of 0.7 asks whether the
+A class states that a car stands about here; average precision at an overlap of 0.7 asks whether the
 box stands where the car does (IoU-Net: Jiang et al., ECCV 2018).  The depth of a box comes from
 dense alignment, which the network cannot foresee; what is learned is how well the box fits once its
 visible faces stand as far away as the car's do.
@@ -51,7 +51,7 @@ def fit_targets(
     cameras: Sequence[StereoCamera],
     size: tuple[int, int],
 ) -> Tensor:
-    """How well the box of each region fits as the network says it now, shape (B, R).
+    """How well the box of each region fits as the network predicts it now, shape (B, R).
 
     The intersection over union in space with its object, 0 on the background, NaN on objects
     without any keypoint.

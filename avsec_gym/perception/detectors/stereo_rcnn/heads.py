@@ -1,4 +1,4 @@
-"""What Stereo R-CNN says about each region: class, both boxes, size, angle, keypoints."""
+"""What Stereo R-CNN predicts of each region: class, both boxes, size, angle, keypoints."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class BoxOutput:
             shape (B, N, K, 6).
         dimensions_orientation: Width, height, length less (1.6, 1.5, 4.0) m, sin and cos of the
             viewpoint angle, all over 0.5, shape (B, N, K, 5).
-        fit_logits: How well the box fits, if the network says so, shape (B, N).
+        fit_logits: How well the box fits, if the network predicts it, shape (B, N).
     """
 
     class_logits: Tensor

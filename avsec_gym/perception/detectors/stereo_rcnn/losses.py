@@ -16,7 +16,7 @@ TERMS = ("rpn_class", "rpn_box", "class", "box", "dimensions", "keypoints")
 """In the order of the published checkpoints' `uncert`."""
 
 FIT = "fit"
-"""The term beside them of a network that says how well its boxes fit."""
+"""The term beside them of a network that predicts how well its boxes fit."""
 
 _RPN_SHARPNESS = 3.0
 

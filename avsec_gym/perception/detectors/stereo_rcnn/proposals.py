@@ -44,7 +44,7 @@ def propose(
     Args:
         output: The output of the stereo proposal network.
         count: Pairs before and after suppression.
-        overlap: Above which a worse region is suppressed.
+        overlap: The overlap above which a worse region is suppressed.
         exact: See `decode_stereo`.
         least_side: Pairs with a lower or narrower box are dropped, pixels.
     """

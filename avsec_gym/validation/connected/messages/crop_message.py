@@ -34,7 +34,7 @@ class CropMessage:
 
     Args:
         sender: Number of the vehicle.
-        crops: For each region, in the order of the base station, an array (M, 3), metres.
+        crops: An array (M, 3) for each region, in the order of the base station, metres.
     """
 
     sender: int

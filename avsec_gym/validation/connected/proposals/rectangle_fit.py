@@ -31,7 +31,7 @@ def fitted_rectangle(places: Floats) -> Floats:
         >>> fitted_rectangle(corner).round(2).tolist()
         [2.0, 1.0, 4.0, 2.0, 0.0]
     """
-    # How often a place was hit says nothing about the shape.
+    # How often a place was hit is no property of the shape.
     places = np.unique(np.round(places / _CELL), axis=0) * _CELL
     cos, sin = np.cos(_HEADINGS)[:, None], np.sin(_HEADINGS)[:, None]
     along = cos * places[:, 0] + sin * places[:, 1]

@@ -42,7 +42,8 @@ class Registration:
     """How a scan lies in the frame of another.
 
     Args:
-        transform: From the velodyne frame of the one to that of the other, shape (4, 4).
+        transform: The transform from the velodyne frame of the one to that of the other, shape
+            (4, 4).
         residual: Median distance of its points from the other's surface, metres.
         overlap: Share of its points on upright surfaces that lie within 0.2 m of the other's.
     """
@@ -165,7 +166,7 @@ class _Surface:
 
         Args:
             points: Points of the other scan, shape (M, 3).
-            transform: From its frame to that of this one.
+            transform: The transform from its frame to that of this one.
             reach: Metres from the middle of a plane within which a point belongs to it.
         """
         moved = transform_points(transform, points)

@@ -31,7 +31,7 @@ class DecisionRule:
         accuser: Log-likelihood ratio from which a vehicle is one of those that accuse.
         see_through: Log odds of a thing that rays see through, such as a fence or a hedge, to an
             attack, where both explain the same.
-        calibration: From a region's score to the probability of an attack.
+        calibration: The calibration from a region's score to the probability of an attack.
 
     Raises:
         ConfigurationError: A probability that is none.
@@ -82,36 +82,36 @@ def decide(counts: NDArray[np.int64], rates: RayRates, rule: DecisionRule) -> De
     A ghost in the scan of ``j`` contradicts all witnesses of what ``j`` claims.  An object removed
     from the scan of ``k`` makes ``k`` contradict all claims of others.  A thing that rays see
     through contradicts in all directions.  Each explanation's evidence is the sum over the pairs
-    of vehicles that it touches; the others say the same under all of them.
+    of vehicles that it touches; the others are equally likely under all of them.
 
     It is assumed that one vehicle is attacked in each region.  With two, each is the victim of an
     explanation that half of the evidence speaks against, and the answer is `CANNOT_TELL`.
 
     Args:
-        counts: Counts of what witness ``k`` says of the claim of ``j``, shape (R, V, V, 3), 0
-            where it says nothing.
+        counts: Counts of what witness ``k`` reports of the claim of ``j``, shape (R, V, V, 3), 0
+            where it reports nothing.
         rates: The chances of rays.
         rule: How evidence becomes a decision.
     """
     vehicles = counts.shape[1]
     others = ~np.eye(vehicles, dtype=bool)
-    told = decidable(counts, rates) & others
-    ratio = np.where(told, log_likelihood_ratio(counts, rates), 0.0)
+    decided = decidable(counts, rates) & others
+    ratio = np.where(decided, log_likelihood_ratio(counts, rates), 0.0)
     # Explanations, with evidence or out of the question: a ghost in each scan, a removal from each.
-    ghost = np.where(told.any(axis=2), ratio.sum(axis=2), -np.inf)
-    removal = np.where(told.any(axis=1), ratio.sum(axis=1), -np.inf)
+    ghost = np.where(decided.any(axis=2), ratio.sum(axis=2), -np.inf)
+    removal = np.where(decided.any(axis=1), ratio.sum(axis=1), -np.inf)
     attack = np.concatenate([ghost, removal], axis=1)
     best = attack.max(axis=1)
     # What rays see through explains the contradictions of all pairs at once.
     more = np.maximum(ratio.sum(axis=(1, 2)) + rule.see_through - np.maximum(best, 0), 0)
     score = best - more
-    some = told.any(axis=(1, 2))
+    some = decided.any(axis=(1, 2))
     probability = rule.calibration.probability(np.where(some, score, _HOPELESS))
     share = np.exp(attack - np.where(some, best, 0.0)[:, None])
     share /= np.maximum(share.sum(axis=1, keepdims=True), 1.0)
     ghosts, removals = share[:, :vehicles], share[:, vehicles:]
     # A victim has a sufficient share of the probability, and two accusers.
-    accused = told & (ratio >= rule.accuser)
+    accused = decided & (ratio >= rule.accuser)
     accusers = np.where(ghosts >= removals, accused.sum(axis=2), accused.sum(axis=1))
     victim = (ghosts + removals).argmax(axis=1)
     rows = np.arange(len(victim))

@@ -44,7 +44,7 @@ def fit_rates(testimonies: LabelledCounts, least: int = 5) -> RayRates:
     that of `_MOST` with the least logistic loss over both kinds, each kind of the same weight.
 
     Args:
-        testimonies: Of attack-free and of attacked instants.
+        testimonies: Testimonies of attack-free and of attacked instants.
         least: Number of telling rays below which a testimony decides nothing.
 
     Raises:

@@ -102,8 +102,8 @@ def cells_around(
     Columns may lie outside of the image: those of a full turn less or more are meant.
 
     Args:
-        azimuth: Of the direction, radians.
-        elevation: Of the direction, radians.
+        azimuth: Azimuth of the direction, radians.
+        elevation: Elevation of the direction, radians.
         across: Largest angle across, radians (of the sphere, not of azimuths).
         up: Largest angle up or down, radians.
     """

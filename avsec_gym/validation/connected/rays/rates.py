@@ -21,13 +21,14 @@ class RayRates:
     For rays that tell nothing of a voxel, as those that end in front of it, there is no chance.
 
     Args:
-        support_present: That they end in the region's box, where the claimed object is there.
-        through_present: That all pass through, where it is there.
-        missing_present: That none returns, where it is there.
-        support_absent: That they end in the region's box, where it is not there (or where the
-            witness' scan was deprived of it).
-        through_absent: That all pass through, where it is not there.
-        missing_absent: That none returns, where it is not there.
+        support_present: The chance that they end in the region's box, where the claimed object is
+            there.
+        through_present: The chance that all pass through, where it is there.
+        missing_present: The chance that none returns, where it is there.
+        support_absent: The chance that they end in the region's box, where it is not there (or
+            where the witness' scan was deprived of it).
+        through_absent: The chance that all pass through, where it is not there.
+        missing_absent: The chance that none returns, where it is not there.
         most: Number of independent rays that a testimony tends to: what errs, errs for all rays
             of an object at once.  With ``n`` rays it is ``n / (1 + (n - 1) / most)``, the
             effective size of a sample whose members correlate by ``1 / most`` (Kish, 1965).

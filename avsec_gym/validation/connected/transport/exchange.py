@@ -70,7 +70,7 @@ def judge_instant(
         rule: How evidence becomes a decision.
     """
     proposed = port.gather(Step.PROPOSALS, instant, RegionMessage.from_bytes, seconds)
-    # The number of a sender is that of its connection, whatever the message says.
+    # The number of a sender is that of its connection, whatever the message claims.
     taken = admitted_proposals(
         RegionMessage(sender, each.pose, each.regions) for (sender, _), each in proposed.items()
     )

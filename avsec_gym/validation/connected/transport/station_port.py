@@ -26,7 +26,7 @@ Message = TypeVar("Message")
 class StationPort:
     """Connections to vehicles on this machine; the number of a vehicle is that of its connection.
 
-    Whatever a message says of its sender is not believed. `tally` counts what was left out:
+    The sender that a message names is not believed. `tally` counts what was left out:
     ``late`` (of an earlier instant or step), ``doubled``, ``malformed`` (by checksum, or by
     decoder), ``too early`` (more of later steps than are kept), ``broken off`` (connections
     without packets any more).
