@@ -132,10 +132,12 @@ def overlap_area(one: Floats, other: Floats) -> float:
     """
     half_length, half_width = 0.5 * one[2], 0.5 * one[3]
     other_length, other_width = 0.5 * other[2], 0.5 * other[3]
+    # Rectangles whose circles do not meet have no common area.
     dx, dy = other[0] - one[0], other[1] - one[1]
     reach = np.sqrt(half_length**2 + half_width**2) + np.sqrt(other_length**2 + other_width**2)
     if dx * dx + dy * dy >= reach * reach:
         return 0.0
+    # The corners of the other rectangle in the frame of the first, counterclockwise.
     cos, sin = np.cos(one[4]), np.sin(one[4])
     x, y = cos * dx + sin * dy, cos * dy - sin * dx
     cos, sin = np.cos(other[4] - one[4]), np.sin(other[4] - one[4])
@@ -146,6 +148,8 @@ def overlap_area(one: Floats, other: Floats) -> float:
         across = other_width if k < 2 else -other_width
         polygon[k, 0] = x + cos * along - sin * across
         polygon[k, 1] = y + sin * along + cos * across
+    # Invariant: the first `count` vertices of `polygon` are those of a convex polygon, what is left
+    # of the other rectangle within the sides so far.
     count = 4
     for side in range(4):
         axis = side % 2
@@ -159,6 +163,7 @@ def overlap_area(one: Floats, other: Floats) -> float:
             if here >= 0.0:
                 clipped[kept, 0], clipped[kept, 1] = polygon[k, 0], polygon[k, 1]
                 kept += 1
+            # An edge that crosses the side ends on it: exactly, so that no error adds up.
             if (here >= 0.0) != (there >= 0.0):
                 part = here / (here - there)
                 clipped[kept, axis] = sign * limit
@@ -169,6 +174,7 @@ def overlap_area(one: Floats, other: Floats) -> float:
         polygon, clipped, count = clipped, polygon, kept
         if count < 3:
             return 0.0
+    # Triangles from the first vertex.
     twice = 0.0
     for k in range(1, count - 1):
         ax, ay = polygon[k, 0] - polygon[0, 0], polygon[k, 1] - polygon[0, 1]

@@ -169,6 +169,7 @@ def compare(
                 f"{other.name} and {agents[0].name} are agents of different environments: compare"
                 " them one by one"
             )
+    # Baselines are searched with as many steps as the agents had.
     budget = max(agent.card.steps for agent in agents) if queries is None else queries
     env = configuration.env
     held_out = Arena(env, configuration.held_out_kwargs)
@@ -183,6 +184,7 @@ def compare(
         )
         return Row(name, kind, played, spent)
 
+    # All play the same episodes, the agents first.
     rows = [judged(agent.name, "agent", _of(agent), agent.card.steps) for agent in agents]
     rows += [
         judged(name, "baseline", act, spent)

@@ -65,6 +65,7 @@ class WeightsCalibrate:
         )
         from avsec_gym.perception.weights.store import read_card, write_card
 
+        # The detector as it was trained, without the calibration that it may have.
         card = read_card(self.file)
         if card is None or card.network not in _LOOKS_AT:
             raise DataError(
@@ -81,6 +82,7 @@ class WeightsCalibrate:
             raise DataError(
                 f"There is no labelled frame with {' and '.join(looks_at)}.", path=self.kitti
             )
+        # Detections of all frames, and which of them are cars.
         found, evidence = [], []
         with console.progress("detecting") as shown:
             for done, id in enumerate(ids, start=1):
@@ -93,6 +95,7 @@ class WeightsCalibrate:
         rows, right, wrong = boxes_right_and_wrong(labels, found, seen)
         scores = np.concatenate([boxes.score for boxes in found])[rows]
         beside = np.concatenate(evidence)[rows] if self.evidence else None
+        # The logistic line through them stands in the card from now on.
         line = fit_score_calibration(scores, right, wrong, beside)
         card.beside[NAME] = [line.slope, line.offset, *line.evidence]
         write_card(self.file, card)

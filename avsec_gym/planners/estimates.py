@@ -90,11 +90,14 @@ def steps_to_goal(
     Whole steps; inf where every goal comes too late.  ``distance`` is the centre's to the nearest
     goal.
     """
+    # Steps for the way as the crow flies, at the greatest distance of any step.
     nearest = 1.0
     if distance > 0.0:
         nearest = np.inf
         if limits.step_distance > 0.0:
             nearest = max(1.0, np.ceil(distance / limits.step_distance - 1e-9))
+    # Invariant: `best` is the least of the goals so far, so that a goal is looked at only where it
+    # may be reached sooner.
     best = np.inf
     for g in range(goals.steps.shape[0]):
         soonest = max(nearest, float(goals.steps[g, 0] - step))

@@ -304,16 +304,20 @@ def scene_set(
             "Name a folder of labels or of CommonRoad files, a list of frame ids beside --kitti, "
             f"{LAYOUTS!r}, {MIXED_CONTESTED!r} or {KITTI_CONTESTED!r}.",
         )
-    if any(is_folder(path / part[0]) for part in _PARTS):
-        return labelled_scenarios(path, seed=seed).limited(count)
-    if any(path.glob("*.xml")):
-        return commonroad_folder(path).limited(count)
+    return _of_folder(path, seed).limited(count)
+
+
+def _of_folder(folder: Path, seed: int) -> SceneSet:
+    """The labelled scenarios, the CommonRoad files or else the label files of a folder."""
+    if any(is_folder(folder / part[0]) for part in _PARTS):
+        return labelled_scenarios(folder, seed=seed)
+    if any(folder.glob("*.xml")):
+        return commonroad_folder(folder)
     inside = ("label_2", "labels", "training/label_2")
-    labels = next((path / sub for sub in inside if is_folder(path / sub)), path)
-    flags = next(
-        (f for f in (path / "flags", path.parent / "flags") if is_folder(f) and f != labels), None
-    )
-    return label_folder(labels, flags=flags, seed=seed).limited(count)
+    labels = next((folder / sub for sub in inside if is_folder(folder / sub)), folder)
+    beside = (folder / "flags", folder.parent / "flags")
+    flags = next((place for place in beside if is_folder(place) and place != labels), None)
+    return label_folder(labels, flags=flags, seed=seed)
 
 
 def _contested_scenes(name: str) -> Any:

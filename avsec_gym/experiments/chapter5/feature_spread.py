@@ -123,7 +123,7 @@ def feature_spread(
         scenes: Other pairs than noise to paste the patch into, two or more.  A trained network may
             be dead to noise, which is like nothing it has seen.
         images: Number of images of noise that maps are averaged over; two or more.
-        crop: Side of the central square, pixels; the thesis does not say how large its is.
+        crop: Side of the central square, pixels; the thesis does not state how large its is.
         threshold: Share of the maximum, or of what another image would change.
 
     Raises:
@@ -137,13 +137,17 @@ def feature_spread(
             f"the square lies within the image of {clean.size} pixels, and there are two images or"
             f" more, got {crop} pixels and {len(clean)} images"
         )
+    # The patch stands in the middle; what it changes in the maps is what it reaches.
     v, u = ((side - 1) / 2 for side in clean.size)
     place = PatchPlace(u, v, _DISPARITY, radius=patch.radius)
     attacked = paste(clean, patch.pixels, [place] * len(clean))
     before, after = (_prepared(detector, batch) for batch in (clean, attacked))
     touched = ((before[0] - after[0])[:1].abs().amax(1, keepdim=True) > 0).double()
     plain, changed = (features(detector.network, image) for image, _ in (before, after))
+    # What it could reach at all: the pixels that differ go through the same layers as means.
     reached = features(_carrier(detector.network), touched.expand(-1, 3, -1, -1))
+    # Of each layer the share of the central square that changes: by more than a share of the
+    # largest change, and by more than a share of what another image would change.
     layers = []
     for name, output in plain.items():
         grid = _MapGrid(
