@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import one_of, whole_number
-from avsec_gym.attacks.attack import LEFT, RIGHT
+from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
@@ -20,6 +20,7 @@ from avsec_gym.envs.observations import FEATURES, IMAGES
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.rendering import DrawnEnv
+from avsec_gym.envs.reported_boxes import Reported
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.envs.stereo_profile import SIZE, stereo_profile
 from avsec_gym.errors import ConfigurationError
@@ -287,35 +288,6 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
             "reported": len(reported),
             "alarm": validation is not None and validation.alarm,
         }
-
-
-class Reported:
-    """The agent in the detector's place: it finds what its last action reports.
-
-    Args:
-        sensors: 2 for the two cameras, 3 for the LiDAR, too.
-    """
-
-    name = "agent"
-
-    def __init__(self, sensors: int) -> None:
-        self.boxes, self._sensors = Boxes3D.empty(), sensors
-
-    def look(self, frame: SensorFrame) -> None:
-        """Ask the frame for all that the agent is shown.
-
-        Raises:
-            Untrusted: A sensor is compromised, and nothing takes its place.
-        """
-        frame.image(LEFT)
-        frame.image(RIGHT)
-        if self._sensors > 2:
-            _ = frame.points
-
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        """The reported boxes."""
-        self.look(frame)
-        return self.boxes
 
 
 def _found(boxes: Boxes3D, reported: Boxes3D) -> int:
