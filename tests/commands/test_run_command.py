@@ -49,7 +49,7 @@ def test_failed_cells_are_told(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     assert ends(*usual) == IN_PART
     error = capsys.readouterr().err
     assert "ZeroDivisionError: a slip" in error
-    assert "1 failed; run.log says why, --retry does them again" in error
+    assert "1 failed; run.log states why, --retry does them again" in error
     assert (tmp_path / "runs/trouble/run.log").is_file()
     assert ends(*usual, "--json") == IN_PART
     assert json.loads(capsys.readouterr().out)["failed_before"] == 1
