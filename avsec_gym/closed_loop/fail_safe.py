@@ -3,24 +3,32 @@
 After Magdici and Althoff, "Fail-safe motion planning of autonomous vehicles", ITSC 2016.  A plan is
 driven until the next replanning.  From there on, full braking along the plan's own path must touch
 nothing that the car believes in; then, where no new plan is found, there is a stop that holds.
-What comes from behind is left out: it has to keep its distance.
+What comes from behind is left out: it has to keep its distance.  What drives ahead may itself brake
+from now on, firmly: without that a car would close up to one that brakes, as far as its speed alone
+allows.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.fault import is_behind
 from avsec_gym.closed_loop.integration import driven
 from avsec_gym.emergency_stop import DECELERATION
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.metrics.swept_contact import first_swept_contact
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.planning_scenario import Obstacles
 
+OTHERS_BRAKE = 4.05
+"""m/s2 by which one that drives ahead may brake: nuPlan's bound of comfort."""
+_SAME_WAY = math.radians(60)
+"""Angle between two headings up to which one that moves drives ahead."""
 _FURTHER = 80.0
 """Metres by which a path goes on straight in the end: more than any braking takes."""
 
@@ -76,6 +84,8 @@ def is_fail_safe(
 ) -> bool:
     """Whether a plan, and full braking after a time, touch nothing and stay on the road.
 
+    It must hold whether those ahead drive on as believed or brake by `OTHERS_BRAKE`.
+
     Args:
         trajectory: States of the plan at every `dt`, shape (T, 5).
         obstacles: What the car believes in, from the plan's first state on.
@@ -90,11 +100,44 @@ def is_fail_safe(
         return False
     if len(whole) == 1:
         whole = np.vstack([whole, whole])
-    return first_swept_contact(whole, _not_behind(obstacles, trajectory[0]), BMW_320I) is None
+    ahead = _not_behind(obstacles, trajectory[0])
+    if first_swept_contact(whole, ahead, BMW_320I) is not None:
+        return False
+    slower = others_brake(ahead, float(trajectory[0, 3]), dt)
+    return slower is None or first_swept_contact(whole, slower, BMW_320I) is None
+
+
+def others_brake(obstacles: Obstacles, heading: float, dt: float = 0.1) -> Obstacles | None:
+    """Those that drive as the car does, braking from now on; None: there are none.
+
+    Args:
+        obstacles: What the car believes in.
+        heading: The car's, radians.
+        dt: Length of a time step, seconds.
+    """
+    if not len(obstacles):
+        return None
+    speeds = obstacles.speeds[:, 0]
+    turned = np.abs(wrap_angle(obstacles.poses[:, 0, 2] - heading))
+    driving = ~obstacles.static & (speeds > 0) & (turned < _SAME_WAY)
+    if not driving.any():
+        return None
+    kept = _picked(obstacles, driving)
+    time = np.minimum(dt * np.arange(kept.poses.shape[1]), speeds[driving][:, None] / OTHERS_BRAKE)
+    speed = speeds[driving][:, None] - OTHERS_BRAKE * time
+    way = speeds[driving][:, None] * time - OTHERS_BRAKE * time**2 / 2
+    begin = kept.poses[:, :1]
+    poses = np.repeat(begin, kept.poses.shape[1], axis=1)
+    poses[..., 0] += way * np.cos(begin[..., 2])
+    poses[..., 1] += way * np.sin(begin[..., 2])
+    return replace(kept, poses=poses, speeds=speed)
 
 
 def _not_behind(obstacles: Obstacles, car: Floats) -> Obstacles:
-    kept = ~is_behind(car, obstacles.poses[:, 0])
+    return _picked(obstacles, ~is_behind(car, obstacles.poses[:, 0]))
+
+
+def _picked(obstacles: Obstacles, kept: NDArray[np.bool_]) -> Obstacles:
     return Obstacles(
         ids=obstacles.ids[kept],
         categories=obstacles.categories[kept],

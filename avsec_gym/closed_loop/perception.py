@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.sensor_needs import SensorNeeds
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.pipeline import Perception, Pipeline
@@ -49,10 +50,11 @@ class SensorPerception:
 
     Args:
         pipeline: The parts; its planner and its `motion` are not used.
+        needs: What of a frame they read.
     """
 
-    def __init__(self, pipeline: Pipeline) -> None:
-        self.pipeline = pipeline
+    def __init__(self, pipeline: Pipeline, needs: SensorNeeds = SensorNeeds()) -> None:
+        self.pipeline, self.needs = pipeline, needs
         self._seed = 0
 
     def begin(self, seed: int) -> None:

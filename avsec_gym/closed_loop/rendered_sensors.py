@@ -10,9 +10,12 @@ from avsec_gym.closed_loop.relative_poses import Pose
 from avsec_gym.closed_loop.tracks import STEP
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.rig import resized_rig
 from avsec_gym.world.capture import render
 from avsec_gym.world.drives import DriveScenes, vehicle_poses
 from avsec_gym.world.rendering.lidar import Lidar
+
+_FEW_PIXELS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +29,13 @@ class RenderedSensors:
         scenes: The drive, with the rig that the car carries.
         cameras: Numbers of the cameras to render.
         lidar: The LiDAR to scan with; None: no scan.
+        width: Width of the images, pixels, no larger than the rig's; None: the rig's.
     """
 
     scenes: DriveScenes
     cameras: tuple[int, ...] = (2, 3)
     lidar: Lidar | None = Lidar()  # noqa: RUF009 - frozen.
+    width: int | None = None
 
     def __call__(self, time: float, pose: Pose, others: dict[int, Pose]) -> SensorFrame:
         """The frame at a time.
@@ -58,7 +63,13 @@ class RenderedSensors:
         vehicles = posed.vehicle_to_world.copy()
         vehicles[0] = vehicle_poses(posed.site.ground, poses[ego])
         instant = replace(posed.instant, actors=replace(actors, pose=poses))
-        there = replace(posed, instant=instant, vehicle_to_world=vehicles)
+        # Labels are drawn with every frame: without images, few pixels do for them.
+        width = _FEW_PIXELS if not self.cameras else self.width
+        rig = posed.rig
+        if width is not None and width < rig.size[0]:
+            rig = resized_rig(rig, width)
+        there = replace(posed, instant=instant, vehicle_to_world=vehicles, rig=rig)
         capture = render(there, cameras=self.cameras, lidar=self.lidar)
         scan = None if capture.scan is None else capture.scan.points
-        return SensorFrame(f"{number:010d}", posed.rig.calibration, capture.images, scan)
+        calibration = rig.calibration if self.cameras else posed.rig.calibration
+        return SensorFrame(f"{number:010d}", calibration, capture.images, scan)

@@ -45,7 +45,8 @@ class Drive:
     intention: Literal["straight", "left", "right", "all"] = "straight"
     """Where to go; all: each way that a scene has a lane for."""
     settings: tuple[str, ...] = ()
-    """What the car is: truth, blind, error-model, detector, attacked, defended; or JSON with a
+    """What the car is: truth, blind, error-model, lidar, stereo (with their usual detectors),
+    detector, attacked, defended; or JSON with a
     name and arguments of avsec/ClosedLoop-v0, such as '{"name": "far", "perception": "blind"}'.
     Default: truth and blind, and those that the options below are for."""
     detector: str | None = None

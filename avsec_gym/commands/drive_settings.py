@@ -14,7 +14,8 @@ from avsec_gym.suggestions import unknown_name
 
 TRUTH, BLIND, ERROR_MODEL = "truth", "blind", "error-model"
 DETECTOR, ATTACKED, DEFENDED = "detector", "attacked", "defended"
-KNOWN = (TRUTH, BLIND, ERROR_MODEL, DETECTOR, ATTACKED, DEFENDED)
+LIDAR, STEREO = "lidar", "stereo"
+KNOWN = (TRUTH, BLIND, ERROR_MODEL, LIDAR, STEREO, DETECTOR, ATTACKED, DEFENDED)
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ class DriveParts:
 
     def _arguments(self, name: str) -> dict[str, Any]:
         """The arguments of a known setting that other settings do not share."""
-        if name in (TRUTH, BLIND):
+        if name in (TRUTH, BLIND, LIDAR, STEREO):
             return {"perception": name}
         if name == ERROR_MODEL:
             file = self._needed("error_model", name)

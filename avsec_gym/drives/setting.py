@@ -30,7 +30,7 @@ class DriveSetting:
     @property
     def has_sensors(self) -> bool:
         """Whether the car reads what its sensors deliver, so that the scenes need some."""
-        return self.arguments.get("perception") == "sensors"
+        return self.arguments.get("perception") in ("sensors", "lidar", "stereo")
 
     def environment(self, scenarios: Any) -> gym.Env[Any, Any]:
         """The environment to drive in.

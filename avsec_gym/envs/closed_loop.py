@@ -20,16 +20,17 @@ from avsec_gym.closed_loop.drive_record import (
 from avsec_gym.closed_loop.drive_recorder import DriveRecorder
 from avsec_gym.closed_loop.loop_road import LoopRoad
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
-from avsec_gym.closed_loop.perception import DrivePerception
+from avsec_gym.closed_loop.perception import DrivePerception, SensorPerception
 from avsec_gym.closed_loop.road_frame import mirrored_angle
 from avsec_gym.closed_loop.road_network import network_of
+from avsec_gym.closed_loop.sensor_needs import sensing
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.traffic import REACTING, RECORDED, Traffic
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop_actions import car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
 from avsec_gym.envs.closed_loop_observation import observation_of
-from avsec_gym.envs.closed_loop_parts import checked_scenarios, perception_of
+from avsec_gym.envs.closed_loop_parts import checked_scenarios, perception_of, with_detector
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
@@ -101,11 +102,13 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       labelled scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
       `{"source": "drives", "seed": 1, "count": 20, "people": False}`, or
       `{"source": "kitti_tracking", "root": FOLDER}` (or `"kitti_raw"`): KITTI's recordings.
-    * `perception="truth"`: or `"blind"`, or `"sensors"`: the detector reads what the sensors
-      deliver; or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector,
-      without images; or a live `DrivePerception`.
+    * `perception="truth"`: or `"blind"`; or `"lidar"`: a scan is rendered from where the car is,
+      for a LiDAR detector (`"pixor"` where none is named); or `"stereo"`: a pair of images is, at
+      the width that the detector reads (`"dsgn"`); or `"sensors"`: images of full width and a scan,
+      as attacks on sensors and validators need them; or `{"name": "error_model", "model": FILE}`:
+      errors drawn as those of a detector, without images; or a live `DrivePerception`.
     * `detector="dsgn"`, `attack=None`, `classifier=None`, `selector=None`, `validator=None`,
-      `response="stop"`, `score_threshold=0.3`: the parts of `"sensors"`, as everywhere.
+      `response="stop"`, `score_threshold=0.3`: the parts of cars with sensors, as everywhere.
     * `motion="truth"`: how the planner takes believed objects to move: as the true object that
       each overlaps most; `"static"`; `"classifier"`.
     * `planner="astar"`: of `PlannerDriver`.
@@ -139,7 +142,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             render_mode = one_of("render_mode", render_mode, modes)
         # highway-env writes the frame rate into its metadata: every environment has its own.
         self.metadata: dict[str, Any] = dict(AbstractEnv.metadata)
-        taken = parts_of(self, parts)
+        taken = parts_of(self, with_detector(perception, parts))
         self.motion = Motion.named(taken.motion)
         self.traffic_behaviour = one_of("traffic", traffic, (RECORDED, REACTING))
         self.duration = number("duration", duration, 0.5, 30.0)
@@ -229,6 +232,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             self._options.get("scenario"),
             intentions_named(self._options.get("intention")),
         )
+        if isinstance(self.perception, SensorPerception):
+            self.scene = sensing(self.scene, self.perception.needs)
         network = network_of(self.scene.lanes, speed_limit=self.scene.cruise[1])
         self.road = LoopRoad(
             network=network,

@@ -21,7 +21,15 @@ from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.closed_loop import ClosedLoopEnv
 from avsec_gym.envs.closed_loop_observation import EACH, OWN, about_the_car, nearest_objects
-from avsec_gym.envs.closed_loop_parts import BLIND, ERROR_MODEL, SENSORS, TRUTH, perception_of
+from avsec_gym.envs.closed_loop_parts import (
+    BLIND,
+    ERROR_MODEL,
+    SENSING,
+    SENSORS,
+    TRUTH,
+    perception_of,
+    with_detector,
+)
 from avsec_gym.envs.drive_budget import DriveBudget, Spent
 from avsec_gym.envs.drivers import driver_of
 from avsec_gym.envs.judged_drives import JudgedDrives, is_safe, is_to_blame, seed_of
@@ -157,7 +165,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.contested = flag("contested", contested)
         check(Kind.DRIVE_ATTACK, kind)
         self.attack: DriveAttack = make(Kind.DRIVE_ATTACK, kind)
-        taken = parts_of(self, parts)
+        taken = parts_of(self, with_detector(perception, parts))
         self.drives_on_at_alarms = taken.response is None
         self._seen = AttackedPerception(_checked(perception, taken, self.attack), self.attack)
         drives: dict[str, Any] = {
@@ -319,9 +327,9 @@ def _checked(perception: Any, parts: Parts, attack: DriveAttack) -> Callable[[],
             f'this attack tampers with sensor data, which perception="{level}" does not read: '
             f'give perception="{SENSORS}" and scenarios="{DRIVES}"'
         )
-    if not attack.needs_sensors and level == SENSORS:
+    if not attack.needs_sensors and level in SENSING:
         raise ConfigurationError(
-            f'this attack changes what the car believes, and perception="{SENSORS}" finds that in '
+            f'this attack changes what the car believes, and perception="{level}" finds that in '
             f'sensor data: give perception="{TRUTH}" or an error model, or kind="facula"'
         )
     made, _ = perception_of(perception, parts)

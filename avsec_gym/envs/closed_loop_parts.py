@@ -24,6 +24,7 @@ from avsec_gym.closed_loop.perception import (
     SensorPerception,
     TruthPerception,
 )
+from avsec_gym.closed_loop.sensor_needs import SensorNeeds, width_read
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import Parts
 from avsec_gym.errors import ConfigurationError
@@ -37,7 +38,12 @@ from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
 
 TRUTH, BLIND, SENSORS, ERROR_MODEL = "truth", "blind", "sensors", "error_model"
+LIDAR, STEREO = "lidar", "stereo"
 """Levels of perception."""
+SENSING = (SENSORS, LIDAR, STEREO)
+"""Those that read what the sensors deliver."""
+_DETECTORS = {LIDAR: "pixor", STEREO: "dsgn"}
+"""Detectors where none is named."""
 
 Made = DrivePerception | Callable[[], DrivePerception]
 
@@ -75,6 +81,18 @@ def checked_scenarios(what: Any) -> Any:
     return arguments if source in (LAYOUTS, DRIVES) else loop_scenes(**arguments)
 
 
+def with_detector(perception: Any, parts: Mapping[str, Any]) -> dict[str, Any]:
+    """The parts that a user gave, and the usual detector of the level of perception.
+
+    Args:
+        perception: The level.
+        parts: The keyword arguments.
+    """
+    level = perception.get("name") if isinstance(perception, Mapping) else perception
+    usual = _DETECTORS.get(level) if isinstance(level, str) else None
+    return dict(parts) if usual is None else {"detector": usual, **parts}
+
+
 def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
     """The perception, or what makes it when it is needed, and the planner; both checked.
 
@@ -99,12 +117,12 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
     if not isinstance(perception, str):
         if not (hasattr(perception, "perceive") and hasattr(perception, "begin")):
             raise ConfigurationError(
-                f'perception is "{TRUTH}", "{BLIND}", "{SENSORS}", an error model, or has '
-                f"begin and perceive; got {perception!r}"
+                f'perception is "{TRUTH}", "{BLIND}", "{LIDAR}", "{STEREO}", "{SENSORS}", an error '
+                f"model, or has begin and perceive; got {perception!r}"
             )
         return perception, planner
-    level = one_of("perception", perception, (TRUTH, BLIND, SENSORS))
-    if parts.motion == Motion.CLASSIFIER and level != SENSORS:
+    level = one_of("perception", perception, (TRUTH, BLIND, *SENSING))
+    if parts.motion == Motion.CLASSIFIER and level not in (SENSORS, STEREO):
         raise ConfigurationError(
             'motion="classifier" needs perception="sensors" and a classifier, such as "small"; '
             'without one use "static" or "truth"'
@@ -126,9 +144,18 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
                 validator=parts.validator,
                 response=parts.response,
             )
-        return SensorPerception(pipeline)
+        return SensorPerception(pipeline, _needs(level, pipeline))
 
     return sensors, planner
+
+
+def _needs(level: str, pipeline: Pipeline) -> SensorNeeds:
+    """What a level reads; a validator compares all sensors, as they are."""
+    if level == SENSORS or pipeline.validator is not None:
+        return SensorNeeds()
+    if level == LIDAR:
+        return SensorNeeds(cameras=())
+    return SensorNeeds(scan=False, width=width_read(pipeline.detector))
 
 
 def light_perceptions(made: Made, motion: Motion, count: int) -> list[LightPerception]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe
+from avsec_gym.closed_loop.fail_safe import OTHERS_BRAKE, braked, is_fail_safe, others_brake
 from avsec_gym.closed_loop.following import follow
 from avsec_gym.closed_loop.vehicles import Car
 from avsec_gym.planners.vehicle import BMW_320I
@@ -71,3 +71,13 @@ def test_a_stop_beside_the_road_is_none() -> None:
 def test_what_drives_away_or_comes_from_behind_is_no_hindrance() -> None:
     assert is_fail_safe(PLAN, car_at(7.0, SPEED), 0.5)
     assert is_fail_safe(PLAN, car_at(-8.0, 20.0), 0.5)
+
+
+def test_what_drives_ahead_may_brake() -> None:
+    """At equal speeds a gap that holds while the other drives on does not where it brakes."""
+    near = car_at(7.0, SPEED)
+    slower = others_brake(near, 0.0)
+    assert slower is not None
+    assert slower.poses[0, -1, 0] - near.poses[0, 0, 0] <= SPEED**2 / (2 * OTHERS_BRAKE) + 1e-9
+    assert others_brake(car_at(7.0), 0.0) is None
+    assert not is_fail_safe(PLAN, car_at(5.0, SPEED), 0.5)
