@@ -94,8 +94,9 @@ class Drive:
 
     def run(self) -> int:
         """Do it; the exit code."""
+        from avsec_gym.closed_loop.recorded.sources import KITTI_RAW, KITTI_TRACKING
         from avsec_gym.drives.driving import make_drives
-        from avsec_gym.drives.summary import summaries
+        from avsec_gym.drives.summary import by_recording, by_scene, summaries
         from avsec_gym.storage.folder_lock import folder_lock
         from avsec_gym.storage.folders import make_folder
 
@@ -111,7 +112,10 @@ class Drive:
         with folder_lock(out), console.progress("driving") as shown:
             folder = self._folder(out, record)
             make_drives(tasks, settings, scenarios, folder, jobs=self.jobs, on_progress=shown)
-            summary = summaries(folder.rows.values(), [setting.name for setting in settings])
+            recorded = scenarios.get("source") in (KITTI_TRACKING, KITTI_RAW)
+            names = [setting.name for setting in settings]
+            cluster = by_recording if recorded else by_scene
+            summary = summaries(folder.rows.values(), names, cluster)
             self._write(folder, summary, record)
         speeds = _speeds(folder, summary)
         if self.json:

@@ -14,6 +14,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
 
 Row = Mapping[str, Any]
+Cluster = Callable[[Row], str]
 _RESAMPLES = 10_000
 RATES: Mapping[str, Callable[[Row], bool]] = {
     "at_fault": lambda row: bool(row["at_fault"]),
@@ -67,45 +68,59 @@ class SettingSummary:
         return asdict(self)
 
 
-def summaries(rows: Iterable[Row], settings: Sequence[str]) -> list[SettingSummary]:
+def by_scene(row: Row) -> str:
+    """Drives of one scene are one cluster."""
+    return str(row["scenario"])
+
+
+def by_recording(row: Row) -> str:
+    """Windows of one recording, such as ``0009-000120``, are one cluster: they overlap."""
+    return str(row["scenario"]).rpartition("-")[0]
+
+
+def summaries(
+    rows: Iterable[Row], settings: Sequence[str], cluster: Cluster = by_scene
+) -> list[SettingSummary]:
     """The summary of each setting that has drives.
 
     Args:
         rows: Rows of drives.
         settings: Names, in the order of the table; differences are to the first one.
+        cluster: Which drives are one cluster for the intervals.
     """
     by_setting: dict[str, list[Row]] = {name: [] for name in settings}
     for row in rows:
         by_setting[row["setting"]].append(row)
     first = by_setting[settings[0]]
     return [
-        _summary(name, own, [] if name == settings[0] else first)
+        _summary(name, own, [] if name == settings[0] else first, cluster)
         for name, own in by_setting.items()
         if own
     ]
 
 
-def _summary(name: str, rows: list[Row], first: list[Row]) -> SettingSummary:
-    scenes = [row["scenario"] for row in rows]
+def _summary(name: str, rows: list[Row], first: list[Row], cluster: Cluster) -> SettingSummary:
+    clusters = [cluster(row) for row in rows]
     return SettingSummary(
         setting=name,
         drives=len(rows),
-        scenes=len(set(scenes)),
+        scenes=len({row["scenario"] for row in rows}),
         rates={
-            rate: share_of([counts(row) for row in rows], scenes) for rate, counts in RATES.items()
+            rate: share_of([counts(row) for row in rows], clusters)
+            for rate, counts in RATES.items()
         },
-        navsim_score=_mean(np.array([row["navsim_score"] for row in rows]), scenes),
+        navsim_score=_mean(np.array([row["navsim_score"] for row in rows]), clusters),
         outcomes={
             str(each): sum(row["outcome"] == each for row in rows)
             for each in Outcome
             if any(row["outcome"] == each for row in rows)
         },
         steps=sum(row["steps"] for row in rows),
-        differences=_differences(rows, first),
+        differences=_differences(rows, first, cluster),
     )
 
 
-def _differences(rows: list[Row], first: list[Row]) -> dict[str, Mean]:
+def _differences(rows: list[Row], first: list[Row], cluster: Cluster) -> dict[str, Mean]:
     """Over the drives that both have made."""
     before = {(row["scenario"], row["intention"]): row for row in first}
     pairs = [
@@ -113,10 +128,10 @@ def _differences(rows: list[Row], first: list[Row]) -> dict[str, Mean]:
     ]
     if not pairs:
         return {}
-    scenes = [row["scenario"] for row, _ in pairs]
+    clusters = [cluster(row) for row, _ in pairs]
     return {
         name: _mean(
-            np.array([float(row[name]) - float(other[name]) for row, other in pairs]), scenes
+            np.array([float(row[name]) - float(other[name]) for row, other in pairs]), clusters
         )
         for name in ("at_fault", "navsim_score")
     }
