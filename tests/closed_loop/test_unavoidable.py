@@ -63,5 +63,5 @@ def test_whatever_a_car_does_it_covers_its_core(seed: int) -> None:
 
 @pytest.mark.parametrize("id", ["street-000024", "street-000095"])
 def test_where_a_layout_ends_at_fault_under_truth_no_car_could_have_avoided_it(id: str) -> None:
-    """In both somebody crosses at 7 m/s, a metre before the bumper."""
+    """In both a pedestrian crosses at 7 m/s, a metre before the bumper."""
     assert unavoidable(loop_scenes("layouts", count=100).scene(id)) is not None
