@@ -10,6 +10,7 @@ import numpy as np
 
 from avsec_gym.geometry import Floats
 from avsec_gym.storage.atomic_write import write_bytes
+from avsec_gym.storage.folders import make_folder
 from avsec_gym.validation.connected.rays.claims import claim
 from avsec_gym.validation.connected.rays.observer import Observer, observe
 from avsec_gym.validation.connected.rays.witness import SUPPORT, THROUGH, Margins, outcomes
@@ -87,7 +88,7 @@ def save_connected_picture(
 
     content = io.BytesIO()
     draw_connected(result, scans, margins, origin).savefig(content, format="png", dpi=90)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     write_bytes(path, content.getvalue(), overwrite=True)
 
 

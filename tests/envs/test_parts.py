@@ -132,7 +132,7 @@ EVERY = [
     if point is not None
 ]
 OWN = {
-    "scenarios": {"layouts", "raw"},
+    "scenarios": {"layouts", "raw", "connected"},
     "detector": {"scan_obstacles", None},
     "attack": {"thesis"},
     "motion": {"truth"},

@@ -79,7 +79,7 @@ class PastedObject:
         """See `InstantAttack.attack`."""
         random = np.random.default_rng(seed)
         victim = drawn_vehicle(instant, self.vehicle, random)
-        pasted = self._scan or _scan_of_some_object(instant, victim, self.fewest, random)
+        pasted = self._scan or _scan_of_some_object(instant, self.fewest, random)
         if pasted is None:
             return None
         scan = instant.scans[victim]
@@ -145,19 +145,39 @@ def drawn_vehicle(
     return drawn if vehicle is None else vehicle
 
 
+def pasteable_scans(instant: RecordedInstant, most: int = 8, fewest: int = 50) -> list[ObjectScan]:
+    """What the vehicles of an instant have on objects of the size of cars, most points first.
+
+    Args:
+        instant: What all vehicles scanned.
+        most: Number of scans.
+        fewest: Points of each.
+    """
+    found = sorted(_objects_to_paste(instant, fewest), key=lambda each: -each[1].points)
+    scans = [_cut(scan, chosen) for scan, chosen in found[:most]]
+    return [each for each in scans if each is not None]
+
+
 def _scan_of_some_object(
-    instant: RecordedInstant, victim: int, fewest: int, random: np.random.Generator
+    instant: RecordedInstant, fewest: int, random: np.random.Generator
 ) -> ObjectScan | None:
     """What some vehicle, the victim too, has on an object of the size of a car."""
-    found: list[tuple[VehicleScan, SeenObject]] = [
+    found = _objects_to_paste(instant, fewest)
+    return _cut(*found[int(random.integers(len(found)))]) if found else None
+
+
+def _objects_to_paste(
+    instant: RecordedInstant, fewest: int
+) -> list[tuple[VehicleScan, SeenObject]]:
+    return [
         (instant.scans[vehicle], each)
         for vehicle in range(len(instant.scans))
         for each in seen_objects(instant, vehicle, fewest)
         if _SHORTEST <= each.dimensions[2] <= _LONGEST and each.distance > 3.0
     ]
-    if not found:
-        return None
-    scan, chosen = found[int(random.integers(len(found)))]
+
+
+def _cut(scan: VehicleScan, chosen: SeenObject) -> ObjectScan | None:
     return cut_out_points(
         scan.compensated().points,
         np.asarray(np.linalg.inv(chosen.pose)),
