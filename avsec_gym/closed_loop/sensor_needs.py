@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
-from avsec_gym.world.rendering.lidar import Lidar
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,13 @@ def sensing(scene: TrafficScene, needs: SensorNeeds) -> TrafficScene:
         needs: What the perception reads.
     """
     sensors = scene.sensors
-    if not isinstance(sensors, RenderedSensors) or needs == SensorNeeds():
+    if sensors is None or needs == SensorNeeds():
+        return scene
+    # Cars that know the truth need no renderer.
+    from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
+    from avsec_gym.world.rendering.lidar import Lidar
+
+    if not isinstance(sensors, RenderedSensors):
         return scene
     return replace(
         scene,

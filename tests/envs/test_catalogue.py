@@ -61,7 +61,7 @@ HAS_IMAGES = {
 }
 SLOW = HAS_IMAGES | CONNECTED
 LOADS = {
-    **{id: ["cv2"] for id in HAS_IMAGES},
+    **{id: ["cv2"] for id in HAS_IMAGES | CONNECTED},
     "avsec/PatchAttack-v0": ["torch", "cv2"],
     # highway-env imports them.
     "avsec/ClosedLoop-v0": ["matplotlib", "pygame"],

@@ -23,7 +23,7 @@ def env() -> gym.Env[Any, Any]:
     return gym.make(ID)
 
 
-def test_who_names_the_victim_wins_and_nobody_else(env: gym.Env[Any, Any]) -> None:
+def test_only_the_victims_name_wins(env: gym.Env[Any, Any]) -> None:
     id = env.unwrapped.instants.ids[0]  # type: ignore[attr-defined]
     attacked = 0
     for victim in range(3):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,32 @@ from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.scan_pattern import ScanPattern, scan_pattern
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle import RegionProposer
+
+
+class MeasuredAttack(TypedDict):
+    """What is kept of an attacked instant: the regions that are about what was attacked."""
+
+    kind: str
+    victim: int
+    counts: list[list[int]]
+    """As `_listed` has them."""
+    distances: list[float]
+
+
+class MeasuredInstant(TypedDict):
+    """What is kept of an instant."""
+
+    id: str
+    vehicles: int
+    pattern: list[list[float]]
+    """Spacing of the lasers and the lowest of them, for each vehicle whose beams are regular."""
+    epsilon: float | None
+    """None: the vehicles see no common ground."""
+    clean: list[list[int]]
+    clean_distances: list[float]
+    pairs: list[float]
+    attacked: list[MeasuredAttack]
+
 
 Progress = Callable[[int, int], object]
 """Is called with instants done and instants in all."""
@@ -87,7 +113,7 @@ def fit_connected(
     Raises:
         DataError: Too little can be compared to fit anything; or `samples` is damaged.
     """
-    kept = JsonLines(samples)
+    kept = JsonLines(samples, MeasuredInstant)
     for number, instant in enumerate(instants):
         if instant.id not in kept.rows:
             kept.add({"id": instant.id, **_measured(instant, number, on)})

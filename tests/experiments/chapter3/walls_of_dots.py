@@ -14,6 +14,7 @@ from avsec_gym.rig import camera_rig
 PLACES = (0.0, 0.56, -0.28, 0.28)
 LABEL = "Car 0.00 0 -1.57 100.00 50.00 140.00 90.00 1.50 1.60 4.00 0.00 1.65 12.00 -1.57\n"
 """Of a car 12 m ahead."""
+SCENE = '{"road_type": "highway", "objects": [{"moving": true}]}'
 RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 
 
@@ -60,7 +61,7 @@ def write_labelled_drives(root: Path, drives: int, frames: int, first: int = 0) 
             for kind, text in (
                 ("label_02/data/{}.txt", LABEL),
                 ("moving_02/data/{}.txt", "1\n"),
-                ("scene_02/data/{}.json", '{"road_type": "highway"}'),
+                ("scene_02/data/{}.json", SCENE),
             ):
                 path = folder / kind.format(f"{number:010d}")
                 path.parent.mkdir(parents=True, exist_ok=True)
