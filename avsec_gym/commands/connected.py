@@ -186,6 +186,7 @@ class Connected:
         return record if settings else {**record, "folder": source.root.name}
 
     def _folder(self, fit: ConnectedFit) -> ValidationFolder:
+        from avsec_gym.commands.judged_instants import InstantRow
         from avsec_gym.storage.text_files import read_text
         from avsec_gym.validation.connected.fit import FORMAT
         from avsec_gym.validation.validation_folder import ValidationFolder, differences
@@ -204,9 +205,9 @@ class Connected:
             "seed": self.seed,
         }
         if self.out is not None:
-            return ValidationFolder(self.out, record)
+            return ValidationFolder(self.out, record, InstantRow)
         for number in count(1):
             out = _USUAL_OUT.with_name(_USUAL_OUT.name + (f"_{number}" if number > 1 else ""))
             if not differences(out, record):
                 break
-        return ValidationFolder(out, record)
+        return ValidationFolder(out, record, InstantRow)

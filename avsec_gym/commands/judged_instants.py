@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from avsec_gym import console
 from avsec_gym.errors import DataError
@@ -23,6 +23,31 @@ if TYPE_CHECKING:
     from avsec_gym.validation.connected.sources import ConnectedSource
     from avsec_gym.validation.connected.validator import ConnectedValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
+
+
+class AttackRow(TypedDict):
+    """What was attacked, and what came of it."""
+
+    kind: str
+    victim: int
+    outcome: str
+
+
+class InstantRow(TypedDict):
+    """What is kept of an instant, as far as lines and summaries rely on it."""
+
+    id: str
+    alarm: bool
+    accused: list[int]
+    regions: int
+    decidable: int
+    accusations: list[dict[str, Any]]
+    bytes: list[dict[str, int]]
+    refused: list[Any]
+    seconds: dict[str, float]
+    attack: AttackRow | None
+    attack_possible: bool
+    vehicles: int
 
 
 @dataclass(frozen=True)
