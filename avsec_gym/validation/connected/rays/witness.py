@@ -44,9 +44,6 @@ class Margins:
             rays around a voxel are looked at, and what ends beside a box but near the voxel
             decides nothing; a wider box would let a ghost's neighbours speak for it.
         beyond: How far behind a voxel a ray must end to have passed through it, metres.
-        resolved: Farthest distance at which a witness says something, metres: beyond, low or narrow
-            things fit between its rays.
-        fastest: Greatest speed of things that no vehicle tracks, m/s; see `count_rays`.
         farthest: Distance up to which a ray that returns nothing is one that met nothing, metres;
             dark things far away send nothing back.
         position_noise: Standard deviation of measured positions along x and along y, metres.
@@ -58,8 +55,6 @@ class Margins:
     around_sigmas: float = 1.5
     side: float = 0.1
     beyond: float = 0.5
-    resolved: float = 50.0
-    fastest: float = 35.0
     farthest: float = 40.0
     position_noise: float = 0.2
     heading_noise: float = float(np.radians(0.2))
@@ -70,11 +65,7 @@ class Margins:
 
 
 def outcomes(
-    witness: Observer,
-    claims: Claims,
-    regions: Regions,
-    margins: Margins,
-    speed: Floats | None = None,
+    witness: Observer, claims: Claims, regions: Regions, margins: Margins
 ) -> NDArray[np.int8]:
     """What each claimed voxel meets in a witness' range image.
 
@@ -83,8 +74,6 @@ def outcomes(
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
-        speed: How fast what is claimed moves along its region's heading, since the time of the
-            claim, m/s, shape (C,); None: as the claims have it, since the instant.
 
     Returns:
         `SUPPORT`, `THROUGH`, ... for each voxel, shape (V,).
@@ -94,11 +83,6 @@ def outcomes(
     away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
     apart = np.sqrt(2.0) * margins.apart(away)
     around = margins.around + margins.around_sigmas * apart
-    if speed is None:
-        velocity, since = claims.velocity, np.zeros(len(claims))
-    else:
-        ahead = np.stack([np.cos(chosen.heading), np.sin(chosen.heading)], axis=1)
-        velocity, since = speed[:, None] * ahead, claims.time
     _outcomes(
         witness.image,
         witness.pose,
@@ -107,11 +91,10 @@ def outcomes(
         witness.scan.time,
         claims.places(regions),
         claims.of_voxels(),
-        velocity,
-        since,
+        claims.velocity,
         (chosen.centre, chosen.heading, chosen.size / 2 + margins.side),
         around,
-        (margins.reach, margins.around, margins.beyond, margins.farthest, margins.resolved),
+        (margins.reach, margins.around, margins.beyond, margins.farthest),
         result,
     )
     return result
@@ -134,15 +117,14 @@ def _outcomes(
     places: Floats,
     of_voxel: NDArray[np.int64],
     velocity: Floats,
-    since: Floats,
     boxes: tuple[Floats, Floats, Floats],
     around: Floats,
-    margins: tuple[float, float, float, float, float],
+    margins: tuple[float, float, float, float],
     result: NDArray[np.int8],
 ) -> None:
     speed, turn_rate, period = motion
     centre, heading, half = boxes
-    reach, least_around, beyond, farthest, resolved = margins
+    reach, least_around, beyond, farthest = margins
     for v in range(len(places)):
         c = of_voxel[v]
         # The voxel where it is when the witness' head faces it: once by its place at the scan's
@@ -150,7 +132,7 @@ def _outcomes(
         time, drift_x, drift_y = 0.0, 0.0, 0.0
         x, y, z = 0.0, 0.0, 0.0
         for _ in range(2):
-            later = scan_time + time - since[c]
+            later = scan_time + time
             drift_x, drift_y = later * velocity[c, 0], later * velocity[c, 1]
             px, py, pz = places[v, 0] + drift_x, places[v, 1] + drift_y, places[v, 2]
             x, y, z = to_world(to_sensor, px, py, pz)
@@ -160,8 +142,7 @@ def _outcomes(
         # The ray in its direction.
         flat = np.sqrt(x * x + y * y)
         azimuth, elevation = np.arctan2(y, x), np.arctan2(z - TIP, flat)
-        seen = image.lowest + reach < elevation < image.highest - reach
-        if not seen or flat > resolved:
+        if not image.lowest + reach < elevation < image.highest - reach:
             result[v] = OUTSIDE
             continue
         claimed = np.sqrt(flat * flat + (z - TIP) ** 2)
