@@ -11,7 +11,7 @@ RUN python -m pip install "$(grep '^torch==' constraints.txt)" --extra-index-url
 COPY pyproject.toml setup.py MANIFEST.in README.md LICENSE ./
 COPY avsec_gym avsec_gym
 RUN python -m pip install . -c constraints.txt
-WORKDIR /work
-ENV XDG_CACHE_HOME=/work/cache
+WORKDIR /data
+ENV XDG_CACHE_HOME=/data/cache
 ENTRYPOINT ["avsec"]
 CMD ["--help"]
