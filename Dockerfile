@@ -1,6 +1,6 @@
 # avsec-gym on a CPU: `docker build -t avsec-gym .`, then `docker run --rm avsec-gym evaluate`.
-# Results and the cache of rendered scenes stay in /work where a volume is mounted there:
-# `docker run --rm -v "$PWD/work:/work" avsec-gym demo`.
+# Results and the cache of rendered scenes stay in /data where a volume is mounted there:
+# `docker run --rm -v "$PWD/data:/data" avsec-gym demo`.
 FROM python:3.11-slim
 # numba compiles by itself; opencv-python-headless, embreex and torch bring their libraries.
 ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
