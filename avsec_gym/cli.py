@@ -51,6 +51,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
         "Attacks that are trained.", {"patch": "avsec_gym.commands.attack:AttackPatch"}
     ),
     "validate": "avsec_gym.commands.validate:Validate",
+    "connected": "avsec_gym.commands.connected:Connected",
     "experiments": "avsec_gym.commands.experiments:Experiments",
     "run": "avsec_gym.commands.run:Run",
     "report": "avsec_gym.commands.report:Report",

@@ -20,6 +20,8 @@ SCHEMAS: Mapping[str, int] = {
     "attack.patch": 1,
     "validate.frame": 2,
     "validate.summary": 2,
+    "connected.instant": 1,
+    "connected.summary": 1,
     "experiments": 1,
     "run": 1,
     "report": 2,

@@ -64,6 +64,16 @@ CATALOGUE = (
         max_episode_steps=None,  # One step.
     ),
     EnvironmentEntry(
+        id="avsec/ConnectedValidation-v0",
+        entry_point="avsec_gym.envs.connected_validation:ConnectedValidationEnv",
+        max_episode_steps=None,  # One step.
+    ),
+    EnvironmentEntry(
+        id="avsec/ConnectedSpoofing-v0",
+        entry_point="avsec_gym.envs.connected_spoofing:ConnectedSpoofingEnv",
+        max_episode_steps=10,
+    ),
+    EnvironmentEntry(
         id="avsec/ClosedLoop-v0",
         entry_point="avsec_gym.envs.closed_loop:ClosedLoopEnv",
         max_episode_steps=None,  # Its own duration.

@@ -34,6 +34,7 @@ class Kind(StrEnum):
     OPTICAL_ATTACK = "optical_attack"
     IMAGE_DETECTOR = "image_detector"
     DRIVE_ATTACK = "drive_attack"
+    CONNECTED_ATTACK = "connected_attack"
 
 
 _BUILT_IN = {
@@ -107,6 +108,14 @@ _BUILT_IN = {
     (Kind.OPTICAL_ATTACK, "lidar_spoofing"): ("avsec_gym.attacks.lidar_spoofing:LidarSpoofing", {}),
     (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),
     (Kind.OPTICAL_ATTACK, "thesis"): ("avsec_gym.attacks.sensor_combination:thesis_attack", {}),
+    (Kind.CONNECTED_ATTACK, "paste"): (
+        "avsec_gym.validation.connected.attacks.pasted_object:PastedObject",
+        {},
+    ),
+    (Kind.CONNECTED_ATTACK, "removal"): (
+        "avsec_gym.validation.connected.attacks.removed_object:RemovedObject",
+        {},
+    ),
     (Kind.DRIVE_ATTACK, "ghost"): ("avsec_gym.closed_loop.attack.lasting_ghosts:LastingGhosts", {}),
     (Kind.DRIVE_ATTACK, "facula"): (
         "avsec_gym.closed_loop.attack.tracking_facula:TrackingFacula",
@@ -133,6 +142,7 @@ _METHODS = {
     Kind.OPTICAL_ATTACK: "attack",
     Kind.IMAGE_DETECTOR: "detect_image",
     Kind.DRIVE_ATTACK: "act",
+    Kind.CONNECTED_ATTACK: "attack",
 }
 """What an object of each kind can do."""
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}

@@ -74,12 +74,13 @@ class ValidationFolder:
     Args:
         out: New, empty, or with results of the same record.
         record: JSON-able: everything that decides the results, ``sensors`` by their names.
+        kind: A `typing.TypedDict`: the fields of a row.
 
     Raises:
         DataError: The folder holds other results, or damaged ones.
     """
 
-    def __init__(self, out: Path, record: Mapping[str, Any]) -> None:
+    def __init__(self, out: Path, record: Mapping[str, Any], kind: type[Any] = FrameRow) -> None:
         self.out = out
         if others := differences(out, record):
             raise DataError(
@@ -89,8 +90,9 @@ class ValidationFolder:
             )
         text = json.dumps({"rows": FORMAT, **record}, indent=1) + "\n"
         write_text(out / RECORD, text, overwrite=True)
-        self._lines = JsonLines(out / ROWS, FrameRow)
-        self._check_sensors({str(sensor) for sensor in record["sensors"]})
+        self._lines = JsonLines(out / ROWS, kind)
+        if kind is FrameRow:
+            self._check_sensors({str(sensor) for sensor in record["sensors"]})
 
     @property
     def rows(self) -> dict[str, dict[str, Any]]:

@@ -209,6 +209,7 @@ PLACES: dict[str, dict[str, str]] = {
         "--thresholds": "--kitti {labels}",
         "--likelihood": "--kitti {labels}",
     },
+    "connected": {"--data": "", "--constants": ""},
     "experiments": {"--scenarios": "unattacked"},
     "run": {"--scenarios": "unattacked --out {out}"},
     "report": {"": ""},
@@ -247,7 +248,7 @@ PLACES: dict[str, dict[str, str]] = {
     "weights calibrate": {"": "--kitti {labels}", "--kitti": "{weights}"},
 }
 """By command and option, what else makes a whole command; ``""`` is its positional argument."""
-WRITTEN = {"out", "pictures", "figure", "markdown", "cache"}
+WRITTEN = {"out", "fit", "pictures", "figure", "markdown", "cache"}
 """Fields that name what a command writes."""
 
 

@@ -54,7 +54,7 @@ def watched(quick: dict[str, Any], bright_cars: ModuleType) -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def small_cache(tmp_path_factory: pytest.TempPathFactory, bright_cars: ModuleType) -> Path:
-    """A cache whose default suites `mixed` and `raw` have four small frames each.
+    """A cache whose default suites `mixed`, `raw` and `connected` have a few small frames each.
 
     One for all of xdist's workers.
     """
@@ -75,6 +75,8 @@ def small_cache(tmp_path_factory: pytest.TempPathFactory, bright_cars: ModuleTyp
         sensors = Sensors(rig=bright_cars.rig())
         drives = suite_recipe("raw", 4, sensors=sensors, previous=0, drive_frames=2)
         default_suites.cached("raw", drives, 1)
+        sensors = Sensors((2,), rig=bright_cars.rig())
+        default_suites.cached("connected", suite_recipe("connected", 3, sensors=sensors), 1)
     return cache
 
 

@@ -43,15 +43,25 @@ COMMON_INFO = {
     "scenario": str,
     "intention": str,
 }
-ONE_STEP = {"avsec/DetectorBenchmark-v0", "avsec/SensorIdentification-v0"}
+CONNECTED = {"avsec/ConnectedValidation-v0", "avsec/ConnectedSpoofing-v0"}
+ONE_STEP = {
+    "avsec/DetectorBenchmark-v0",
+    "avsec/SensorIdentification-v0",
+    "avsec/ConnectedValidation-v0",
+}
 ONE_QUERY = {entry.id for entry in CATALOGUE if entry.max_episode_steps == 1}
 """Ends by Gymnasium's time limit, which counts an episode that reached its aim, too."""
 ATTACKS_IMAGES = {"avsec/PerturbationAttack-v0", "avsec/PatchAttack-v0", "avsec/FaculaAttack-v0"}
 ATTACKS_SENSORS = {"avsec/LidarSpoofing-v0", *ATTACKS_IMAGES}
-WITHOUT_A_DRIVE = {"avsec/SensorIdentification-v0"}
-HAS_IMAGES = {"avsec/DetectorBenchmark-v0", *WITHOUT_A_DRIVE, *ATTACKS_SENSORS}
+WITHOUT_A_DRIVE = {"avsec/SensorIdentification-v0", *CONNECTED}
+HAS_IMAGES = {
+    "avsec/DetectorBenchmark-v0",
+    "avsec/SensorIdentification-v0",
+    *ATTACKS_SENSORS,
+}
+SLOW = HAS_IMAGES | CONNECTED
 LOADS = {
-    **{id: ["cv2"] for id in HAS_IMAGES},
+    **{id: ["cv2"] for id in HAS_IMAGES | CONNECTED},
     "avsec/PatchAttack-v0": ["torch", "cv2"],
     # highway-env imports them.
     "avsec/ClosedLoop-v0": ["matplotlib", "pygame"],
@@ -99,7 +109,7 @@ def env(request: pytest.FixtureRequest) -> Iterator[gym.Env[Any, Any]]:
 def play(env: gym.Env[Any, Any], seed: int, steps: int | None = None) -> Iterator[Any]:
     """Everything that comes out of some episodes with seeded random actions."""
     if steps is None:
-        steps = 8 if env.spec.id in HAS_IMAGES else 25  # type: ignore[union-attr]
+        steps = 8 if env.spec.id in SLOW else 25  # type: ignore[union-attr]
     env.action_space.seed(seed)
     observation, info = env.reset(seed=seed)
     yield observation, info
@@ -226,7 +236,7 @@ def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
 
 def test_what_a_step_returns_are_plain_types(env: gym.Env[Any, Any]) -> None:
     endings = set()
-    quick = env.spec.id not in ONE_STEP | ATTACKS_SENSORS  # type: ignore[union-attr]
+    quick = env.spec.id not in ONE_STEP | ATTACKS_SENSORS | CONNECTED  # type: ignore[union-attr]
     for parts in play(env, 2, steps=400 if quick else 40):
         if len(parts) == 5:
             _, reward, terminated, truncated, info = parts

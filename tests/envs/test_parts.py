@@ -132,7 +132,7 @@ EVERY = [
     if point is not None
 ]
 OWN = {
-    "scenarios": {"layouts", "raw"},
+    "scenarios": {"layouts", "raw", "connected"},
     "detector": {"scan_obstacles", None},
     "attack": {"thesis"},
     "motion": {"truth"},
@@ -160,8 +160,8 @@ def test_parts_have_the_same_names_and_defaults_everywhere(point: str) -> None:
 
 @pytest.mark.parametrize("point", EVERY)
 def test_an_argument_that_is_none_is_asked_about(point: str) -> None:
-    with pytest.raises(ConfigurationError, match=r'no argument .*Did you mean "planner"'):
-        load_env_creator(point)(planer="astar")
+    with pytest.raises(ConfigurationError, match=r'no argument .*Did you mean "scenarios"'):
+        load_env_creator(point)(scenaros="mixed")
 
 
 def test_former_arguments_name_the_new_ones() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.messages.region_message import REGION_BYTES, RegionMessage
@@ -61,10 +60,10 @@ class Budget:
         # Too many regions: those with the most voxels are claimed.
         for kept in range(len(claims) - 1, 0, -1):
             chosen = np.sort(np.argsort(-claims.count, kind="stable")[:kept])
-            largest = _chosen(thinned, chosen)
+            largest = thinned[chosen]
             if len(encode_claims(largest)) <= most:
                 return largest
-        return _chosen(claims, np.zeros(0, np.int64))
+        return claims[np.zeros(0, np.int64)]
 
     def counts_within(self, counts: WitnessCounts, others: int) -> WitnessCounts:
         """What a vehicle says of one other's claims: contradictions first, then the most rays.
@@ -94,12 +93,5 @@ def _every(claims: Claims, step: int) -> Claims:
         claims.velocity,
         -(-claims.count // step),
         claims.voxel[place % step == 0],
-    )
-
-
-def _chosen(claims: Claims, chosen: NDArray[np.int64]) -> Claims:
-    """Some of the claims, by rising numbers."""
-    kept = np.isin(claims.of_voxels(), chosen)
-    return Claims(
-        claims.region[chosen], claims.velocity[chosen], claims.count[chosen], claims.voxel[kept]
+        claims.time,
     )

@@ -48,6 +48,8 @@ def ground_epsilon(
     random = np.random.default_rng(seed)
     means = []
     for scans in instants:
+        if not any(len(scan.points) for scan in scans):
+            continue
         regions = _anywhere(scans, random)
         of_vehicles = [cropped(scan, regions, comparison.margins) for scan in scans]
         found = 0

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.box_overlap import rectangle_overlap
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.accusation import lone_authors
 from avsec_gym.validation.connected.admission import admitted_proposals
 from avsec_gym.validation.connected.base_station import complete_set_of_regions
 from avsec_gym.validation.connected.budget import Budget
-from avsec_gym.validation.connected.merging import regions_in_world
+from avsec_gym.validation.connected.merging import regions_in_world, seen_from_above
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.traffic import MessageKind, Traffic
@@ -44,16 +45,15 @@ class MergedProposals:
 
     def stands_in(self, vehicle: int) -> NDArray[np.bool_]:
         """In which regions a vehicle itself stands, of which it sees nothing, shape (R,)."""
-        if vehicle not in self.poses:
+        if vehicle not in self.poses or not len(self.regions):
             return np.zeros(len(self.regions), bool)
-        place = self.poses[vehicle][None, :3, 3]
-        beside = [self.regions.local(index, place)[0, :2] for index in range(len(self.regions))]
-        half = self.regions.size[:, :2] / 2 + _OWN
-        return np.asarray((np.abs(np.reshape(beside, (-1, 2))) <= half).all(axis=1))
+        pose = self.poses[vehicle]
+        own = np.array([*pose[:2, 3], *_OWN, np.arctan2(pose[1, 0], pose[0, 0])])
+        return np.asarray(rectangle_overlap(seen_from_above(self.regions), own[None])[:, 0] > 0)
 
 
-_OWN = 0.5
-"""Metres around a region within which a vehicle's sensor stands on what is in it."""
+_OWN = (6.0, 2.8)
+"""Length and width about a vehicle's sensor in which its own body stands, metres."""
 
 
 def merge_proposals(

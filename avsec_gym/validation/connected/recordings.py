@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.sweep import Sweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from avsec_gym.world.export.connected_world import ConnectedWorld
@@ -24,11 +25,18 @@ class RecordedInstant:
         id: The name of the instant in its data set.
         scans: The scan of each vehicle, by number.
         truth: What was really there; None of a recording without labels.
+        true_poses: The true pose of each vehicle's velodyne, shape (4, 4) each; empty where they
+            are not known, and those of the scans are the best that there is.
     """
 
     id: str
     scans: tuple[VehicleScan, ...]
     truth: ConnectedInstant | None = None
+    true_poses: tuple[Floats, ...] = ()
+
+    def true_pose(self, vehicle: int) -> Floats:
+        """Where a vehicle's velodyne is, as well as that is known, shape (4, 4)."""
+        return self.true_poses[vehicle] if self.true_poses else self.scans[vehicle].pose
 
 
 def recorded_instants(
@@ -53,6 +61,7 @@ def recorded_instants(
         raise ConfigurationError(f"poses are 'measured' or 'true', got {poses!r}")
     for id in world.ids() if ids is None else ids:
         truth = world.instant(id)
+        views = world.views(id)
         scans = tuple(
             VehicleScan(
                 view.frame.points,
@@ -60,9 +69,9 @@ def recorded_instants(
                 view.time,
                 _sweep(vehicle, world.sweep),
             )
-            for view, vehicle in zip(world.views(id), truth.vehicles, strict=True)
+            for view, vehicle in zip(views, truth.vehicles, strict=True)
         )
-        yield RecordedInstant(id, scans, truth)
+        yield RecordedInstant(id, scans, truth, tuple(view.pose for view in views))
 
 
 def _sweep(vehicle: SensorVehicle, kind: str) -> Sweep:

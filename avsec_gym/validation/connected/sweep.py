@@ -61,6 +61,19 @@ class Sweep:
         _compensate(points, self.speed, self.turn_rate, self.period, places, seconds)
         return places, seconds
 
+    def rolled(self, places: Floats) -> Floats:
+        """The inverse of `compensated` for things that stand: each in the frame of its own pulse.
+
+        Args:
+            places: Places in the velodyne frame of the scan's own time, shape (M, 3).
+
+        Returns:
+            Shape (M, 3).
+        """
+        rolled = np.empty((len(places), 3))
+        _roll(np.asarray(places, np.float64), self.speed, self.turn_rate, self.period, rolled)
+        return rolled
+
 
 @kernel(nogil=True)
 def ray_time(x: float, y: float, period: float) -> float:
@@ -93,6 +106,17 @@ def from_scan_time(
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = x - ahead, y - left
     return cos * x + sin * y, cos * y - sin * x
+
+
+@kernel(nogil=True)
+def _roll(places: Floats, speed: float, turn_rate: float, period: float, rolled: Floats) -> None:
+    for i in range(len(places)):
+        x, y = places[i, 0], places[i, 1]
+        # The head faces a place at a time that depends on where the place is then.
+        for _ in range(4):
+            seconds = ray_time(x, y, period)
+            x, y = from_scan_time(places[i, 0], places[i, 1], seconds, speed, turn_rate)
+        rolled[i, 0], rolled[i, 1], rolled[i, 2] = x, y, places[i, 2]
 
 
 @kernel(nogil=True)

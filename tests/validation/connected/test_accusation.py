@@ -86,7 +86,7 @@ def _honest_counts(honest: list[Observer], claims: list[Claims], regions: Region
     counts = np.zeros((len(regions), 4, 4, 3), np.int64)
     for j, k in product(range(3), range(3)):
         if j != k:
-            said = count_rays(honest[k], claims[j], regions, Margins())
+            said = count_rays(honest[k], claims[j], regions, _MARGINS)
             counts[said.region, j, k] = said.counts
     return counts
 
@@ -102,7 +102,7 @@ def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray
     room = int(grid_shapes(region.grown(MARGIN, MARGIN).size).prod())
     voxels = np.arange(0, room, max(1, room // 1500))
     everywhere = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(voxels)]), voxels)
-    seen = np.stack([outcomes(each, everywhere, region, Margins()) for each in honest])
+    seen = np.stack([outcomes(each, everywhere, region, _MARGINS) for each in honest])
     of_liar = [np.zeros((3, 3), np.int64)]
     for k in range(3):
         through, others = seen[k] == THROUGH, np.delete(seen, k, axis=0)
@@ -116,7 +116,7 @@ def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray
             if len(kept):
                 lie = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(kept)]), kept)
                 lie = decode_claims(encode_claims(lie), region)
-                said = [count_rays(each, lie, region, Margins()) for each in honest]
+                said = [count_rays(each, lie, region, _MARGINS) for each in honest]
                 of_liar.append(np.concatenate([each.counts for each in said]))
     cases = []
     for row, says in product(of_liar, product((SUPPORT, THROUGH, None), repeat=3)):
@@ -159,6 +159,8 @@ def _contradiction(honest: list[Observer], region: Regions) -> float:
     return float((counts[..., THROUGH] - 2 * counts[..., SUPPORT]).max())
 
 
+_MARGINS = Margins(fastest=0.0, resolved=200.0)
+"""Those against which the liar was searched; the usual ones contradict less readily."""
 _FOUND = (
     (5.78, -4.99, -0.41, 1.09, 5.32, 0.63, 3.7),
     (20.95, 11.36, -0.63, 0.96, 5.55, 2.88, 0.36),

@@ -121,7 +121,9 @@ def opv2v_instants(scenario: Opv2vScenario, poses: Poses = "true") -> Iterator[R
         truth = connected_truth(
             scenario.number, frame, [int(vehicle) for vehicle in vehicles], files, true_scans
         )
-        yield RecordedInstant(f"{scenario.folder.name}/{name}", scans, truth)
+        yield RecordedInstant(
+            f"{scenario.folder.name}/{name}", scans, truth, tuple(scan.pose for scan in true_scans)
+        )
 
 
 def _lidar_pose(file: YamlMapping, poses: Poses) -> Floats:

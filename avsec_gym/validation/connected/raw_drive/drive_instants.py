@@ -20,6 +20,7 @@ from avsec_gym.kitti.raw import OXTS, VELODYNE, Drive
 from avsec_gym.kitti.sensor_files import read_points
 from avsec_gym.validation.connected.raw_drive.registration import Registration, register
 from avsec_gym.validation.connected.recordings import RecordedInstant
+from avsec_gym.validation.connected.sweep import Sweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 PosesBy = Literal["oxts", "registration"]
@@ -120,11 +121,30 @@ def _instant(drive: Drive, frames: tuple[int, ...], poses_by: PosesBy | None) ->
         poses = [np.eye(4) if each is None else each.transform for each in registrations]
     return DriveInstant(
         f"{drive.name}/{frames[middle]:010d}",
-        tuple(VehicleScan(scan, pose) for scan, pose in zip(points, poses, strict=True)),
+        tuple(
+            VehicleScan(scan, pose, 0.0, sweep)
+            for scan, pose, sweep in zip(points, poses, _sweeps(poses, frames), strict=True)
+        ),
         frames=frames,
         poses_by=poses_by,
         registrations=registrations,
     )
+
+
+def _sweeps(poses: Sequence[Floats], frames: Sequence[int]) -> list[Sweep]:
+    """How each scan came about: raw scans are not compensated for the vehicle's own motion."""
+    sweeps = []
+    for index in range(len(poses)):
+        first = min(index, len(poses) - 2)
+        moved = np.linalg.inv(poses[first]) @ poses[first + 1]
+        seconds = _PERIOD * (frames[first + 1] - frames[first])
+        speed = float(np.hypot(*moved[:2, 3])) * np.sign(moved[0, 3]) / seconds
+        turn_rate = float(np.arctan2(moved[1, 0], moved[0, 0])) / seconds
+        sweeps.append(Sweep(speed, turn_rate, _PERIOD))
+    return sweeps
+
+
+_PERIOD = 0.1
 
 
 def _starts(steps: int) -> list[float]:

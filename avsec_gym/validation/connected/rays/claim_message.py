@@ -1,9 +1,10 @@
 """The message in which a vehicle sends its claims: a few kilobytes, read with distrust.
 
 A header of the format's number (1 byte) and the number of claims (2 bytes); for each claim its
-region (2 bytes), velocity (two times 2 bytes, in hundredths of a metre a second) and number of
-voxels (1 byte); then all voxels: the first of a claim, and of each further one how far it lies
-after the one before, as numbers of 7 bits a byte of which the last has its highest bit clear.
+region (2 bytes), velocity (two times 2 bytes, in hundredths of a metre a second), number of
+voxels (1 byte) and time (1 byte, signed, in 2 ms); then all voxels: the first of a claim, and of
+each further one how far it lies after the one before, as numbers of 7 bits a byte of which the last
+has its highest bit clear.
 """
 
 from __future__ import annotations
@@ -24,10 +25,12 @@ from avsec_gym.validation.connected.rays.claims import (
 )
 from avsec_gym.validation.connected.regions import Regions
 
-_FORMAT = 1
-_HEADER, _CLAIM = struct.Struct("<BH"), struct.Struct("<HhhB")
+_FORMAT = 2
+_HEADER, _CLAIM = struct.Struct("<BH"), struct.Struct("<HhhBb")
 VELOCITY_STEP = 0.01
 """Precision of velocities in a message, m/s."""
+TIME_STEP = 0.002
+"""Precision of times in a message, seconds."""
 MOST_BYTES = _HEADER.size + MOST_CLAIMS * _CLAIM.size + 3 * MOST_VOXELS
 """Of a message; what is longer is none."""
 _MOST_VOXEL = 1 << 21
@@ -36,9 +39,10 @@ _MOST_VOXEL = 1 << 21
 
 def encode_claims(claims: Claims) -> bytes:
     """A vehicle's claims as a message."""
-    rows = zip(claims.region, _steps(claims), claims.count, strict=True)
+    times = np.clip(np.round(claims.time / TIME_STEP), -127, 127).astype(np.int64)
+    rows = zip(claims.region, _steps(claims), claims.count, times, strict=True)
     header = _HEADER.pack(_FORMAT, len(claims))
-    table = b"".join(_CLAIM.pack(region, x, y, count) for region, (x, y), count in rows)
+    table = b"".join(_CLAIM.pack(region, x, y, count, when) for region, (x, y), count, when in rows)
     first = np.cumsum(claims.count) - claims.count
     gaps = np.diff(claims.voxel, prepend=0)
     gaps[first] = claims.voxel[first]
@@ -63,7 +67,7 @@ def decode_claims(message: bytes, regions: Regions) -> Claims:
     if version != _FORMAT or number > MOST_CLAIMS or begin > len(message):
         raise _refused(f"it begins with format {version} and {number} claims")
     rows = [_CLAIM.unpack_from(message, _HEADER.size + i * _CLAIM.size) for i in range(number)]
-    table = np.array(rows, np.int64).reshape(-1, 4)
+    table = np.array(rows, np.int64).reshape(-1, 5)
     region, count = table[:, 0], table[:, 3]
     if (np.diff(region) <= 0).any() or (region >= len(regions)).any():
         raise _refused("its regions do not rise, or are none of those that were sent to all")
@@ -81,7 +85,8 @@ def decode_claims(message: bytes, regions: Regions) -> Claims:
     room = np.repeat(grid_shapes(size).prod(axis=1), count)
     if (gaps[later] < 1).any() or (voxel >= room).any():
         raise _refused("it claims something outside of a region")
-    return Claims(region, np.asarray(VELOCITY_STEP * table[:, 1:3]), count, voxel)
+    velocity = np.asarray(VELOCITY_STEP * table[:, 1:3])
+    return Claims(region, velocity, count, voxel, np.asarray(TIME_STEP * table[:, 4]))
 
 
 def _refused(reason: str) -> DataError:

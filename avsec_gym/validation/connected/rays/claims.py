@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,8 @@ class Claims:
         count: Number of voxels of each claim, 1 or more, shape (C,).
         voxel: Voxels of the first claim, of the second, and so on: flat indices in the region's
             `grid_shape`, rising within a claim, shape (sum of count,).
+        time: When its rays ended there, after the instant, seconds, shape (C,): what moves unknown
+            to the vehicle was there then.  0 where none is given.
 
     Raises:
         DataError: Shapes that do not belong together.
@@ -50,11 +53,15 @@ class Claims:
     velocity: Floats
     count: NDArray[np.int64]
     voxel: NDArray[np.int64]
+    time: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         number = len(self.region)
+        if not len(self.time):
+            object.__setattr__(self, "time", np.zeros(number))
         if not (
-            self.count.shape == (number,)
+            self.time.shape == (number,)
+            and self.count.shape == (number,)
             and self.velocity.shape == (number, 2)
             and self.voxel.shape == (int(self.count.sum()),)
         ):
@@ -62,6 +69,18 @@ class Claims:
 
     def __len__(self) -> int:
         return len(self.region)
+
+    def __getitem__(self, chosen: NDArray[Any]) -> Claims:
+        """Some of them, by a mask or an array of rising indices."""
+        rows = np.arange(len(self))[chosen]
+        kept = np.isin(self.of_voxels(), rows)
+        return Claims(
+            self.region[rows],
+            self.velocity[rows],
+            self.count[rows],
+            self.voxel[kept],
+            self.time[rows],
+        )
 
     def of_voxels(self) -> NDArray[np.int64]:
         """Which claim each voxel belongs to, shape (V,)."""
@@ -106,7 +125,7 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
     shapes = grid_shapes(grown.size)
     to_sensor = np.linalg.inv(observer.pose)
     velocity = np.zeros((len(regions), 2)) if velocity is None else velocity
-    found: list[tuple[int, NDArray[np.int64]]] = []
+    found: list[tuple[int, NDArray[np.int64], float]] = []
     for index in range(len(regions)):
         # The wedge of directions that the region's box can fill, with the sweep's motion.
         middle = to_sensor[:3, :3] @ grown.centre[index] + to_sensor[:3, 3]
@@ -132,7 +151,8 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
             shapes[index],
         )
         if len(voxel):
-            found.append((index, np.unique(voxel)))
+            looked = observer.scan.time + azimuth * observer.sweep.period / (2 * np.pi)
+            found.append((index, np.unique(voxel), looked))
     # Those with most voxels, if there are too many.
     found = sorted(found, key=lambda each: -len(each[1]))[:MOST_CLAIMS]
     found.sort(key=lambda each: each[0])
@@ -144,6 +164,7 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
         velocity[region].astype(np.float64),
         np.array([len(each) for each in voxels], np.int64),
         np.concatenate([np.zeros(0, np.int64), *voxels]),
+        np.array([each[2] for each in found]),
     )
 
 

@@ -44,6 +44,9 @@ class Margins:
             rays around a voxel are looked at, and what ends beside a box but near the voxel
             decides nothing; a wider box would let a ghost's neighbours speak for it.
         beyond: How far behind a voxel a ray must end to have passed through it, metres.
+        resolved: Farthest distance at which a witness says something, metres: beyond, low or narrow
+            things fit between its rays.
+        fastest: Greatest speed of things that no vehicle tracks, m/s; see `count_rays`.
         farthest: Distance up to which a ray that returns nothing is one that met nothing, metres;
             dark things far away send nothing back.
         position_noise: Standard deviation of measured positions along x and along y, metres.
@@ -55,6 +58,8 @@ class Margins:
     around_sigmas: float = 1.5
     side: float = 0.1
     beyond: float = 0.5
+    resolved: float = 50.0
+    fastest: float = 35.0
     farthest: float = 40.0
     position_noise: float = 0.2
     heading_noise: float = float(np.radians(0.2))
@@ -65,7 +70,11 @@ class Margins:
 
 
 def outcomes(
-    witness: Observer, claims: Claims, regions: Regions, margins: Margins
+    witness: Observer,
+    claims: Claims,
+    regions: Regions,
+    margins: Margins,
+    speed: Floats | None = None,
 ) -> NDArray[np.int8]:
     """What each claimed voxel meets in a witness' range image.
 
@@ -74,6 +83,8 @@ def outcomes(
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
+        speed: How fast what is claimed moves along its region's heading, since the time of the
+            claim, m/s, shape (C,); None: as the claims have it, since the instant.
 
     Returns:
         `SUPPORT`, `THROUGH`, ... for each voxel, shape (V,).
@@ -83,6 +94,11 @@ def outcomes(
     away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
     apart = np.sqrt(2.0) * margins.apart(away)
     around = margins.around + margins.around_sigmas * apart
+    if speed is None:
+        velocity, since = claims.velocity, np.zeros(len(claims))
+    else:
+        ahead = np.stack([np.cos(chosen.heading), np.sin(chosen.heading)], axis=1)
+        velocity, since = speed[:, None] * ahead, claims.time
     _outcomes(
         witness.image,
         witness.pose,
@@ -91,10 +107,11 @@ def outcomes(
         witness.scan.time,
         claims.places(regions),
         claims.of_voxels(),
-        claims.velocity,
+        velocity,
+        since,
         (chosen.centre, chosen.heading, chosen.size / 2 + margins.side),
         around,
-        (margins.reach, margins.around, margins.beyond, margins.farthest),
+        (margins.reach, margins.around, margins.beyond, margins.farthest, margins.resolved),
         result,
     )
     return result
@@ -117,14 +134,15 @@ def _outcomes(
     places: Floats,
     of_voxel: NDArray[np.int64],
     velocity: Floats,
+    since: Floats,
     boxes: tuple[Floats, Floats, Floats],
     around: Floats,
-    margins: tuple[float, float, float, float],
+    margins: tuple[float, float, float, float, float],
     result: NDArray[np.int8],
 ) -> None:
     speed, turn_rate, period = motion
     centre, heading, half = boxes
-    reach, least_around, beyond, farthest = margins
+    reach, least_around, beyond, farthest, resolved = margins
     for v in range(len(places)):
         c = of_voxel[v]
         # The voxel where it is when the witness' head faces it: once by its place at the scan's
@@ -132,7 +150,7 @@ def _outcomes(
         time, drift_x, drift_y = 0.0, 0.0, 0.0
         x, y, z = 0.0, 0.0, 0.0
         for _ in range(2):
-            later = scan_time + time
+            later = scan_time + time - since[c]
             drift_x, drift_y = later * velocity[c, 0], later * velocity[c, 1]
             px, py, pz = places[v, 0] + drift_x, places[v, 1] + drift_y, places[v, 2]
             x, y, z = to_world(to_sensor, px, py, pz)
@@ -142,7 +160,8 @@ def _outcomes(
         # The ray in its direction.
         flat = np.sqrt(x * x + y * y)
         azimuth, elevation = np.arctan2(y, x), np.arctan2(z - TIP, flat)
-        if not image.lowest + reach < elevation < image.highest - reach:
+        seen = image.lowest + reach < elevation < image.highest - reach
+        if not seen or flat > resolved:
             result[v] = OUTSIDE
             continue
         claimed = np.sqrt(flat * flat + (z - TIP) ** 2)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
+from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.claims import MOST_CLAIMS, MOST_VOXELS_OF_ONE, Claims
 from avsec_gym.validation.connected.rays.observer import Observer
 from avsec_gym.validation.connected.rays.witness import (
@@ -52,20 +53,55 @@ def count_rays(
 ) -> WitnessCounts:
     """What a witness' rays say of another vehicle's claims.
 
+    Vehicles look at different times, and what neither tracks may have moved meanwhile.  Where a
+    witness' rays contradict a claim without a velocity, it asks whether they would support it, had
+    the thing moved along its region's heading at some speed up to `Margins.fastest`, and says the
+    best that can be said for it.
+
     Args:
         witness: The vehicle that looks.
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
     """
-    outcome = outcomes(witness, claims, regions, margins)
-    number = len(claims)
+    counts = _three_counts(claims, outcomes(witness, claims, regions, margins))
+    stands = ~claims.velocity.any(axis=1)
+    doubted = np.flatnonzero(stands & (counts[:, 1] > counts[:, 0]))
+    if margins.fastest > 0 and len(doubted):
+        some = claims[doubted]
+        between = _time_between(witness, some, regions)
+        steps = int(np.ceil(margins.fastest * np.abs(between).max() / _SHIFT))
+        for share in np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps):
+            speed = np.full(len(some), share * margins.fastest)
+            moved = _three_counts(some, outcomes(witness, some, regions, margins, speed))
+            better = moved[:, 0] - moved[:, 1] > counts[doubted, 0] - counts[doubted, 1]
+            # Less to say is no excuse: it must be supported.
+            better &= moved[:, 0] > moved[:, 1]
+            counts[doubted[better]] = moved[better]
+    return WitnessCounts(claims.region, counts)
+
+
+_SHIFT = 0.4
+"""Metres between the places at which a thing that may have moved is looked for."""
+
+
+def _three_counts(claims: Claims, outcome: NDArray[np.int8]) -> NDArray[np.int64]:
+    """Supporting, passing and missing rays of each claim, shape (C, 3)."""
     of_voxel = claims.of_voxels()
     counts = [
-        np.bincount(of_voxel[outcome == each], minlength=number)
+        np.bincount(of_voxel[outcome == each], minlength=len(claims))
         for each in (SUPPORT, THROUGH, MISSING)
     ]
-    return WitnessCounts(claims.region, np.stack(counts, axis=1))
+    return np.stack(counts, axis=1)
+
+
+def _time_between(witness: Observer, claims: Claims, regions: Regions) -> Floats:
+    """How long after each claim the witness' head faces its region, seconds, shape (C,)."""
+    centre = regions.centre[claims.region]
+    to_sensor = np.linalg.inv(witness.pose)
+    x, y = (centre @ to_sensor[:2, :3].T + to_sensor[:2, 3]).T
+    turned = np.arctan2(y, x) / (2 * np.pi)
+    return np.asarray(witness.scan.time + turned * witness.sweep.period - claims.time)
 
 
 def encode_counts(counts: WitnessCounts) -> bytes:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.calibration import read_calibration
 from avsec_gym.kitti.oxts import write_oxts
 from avsec_gym.kitti.oxts_poses import oxts_from_poses
@@ -53,9 +54,15 @@ def test_poses_by_oxts_bring_a_landmark_to_one_place(tmp_path: Path) -> None:
     assert instant.frames == (0, 5, 10)
     assert instant.poses_by == "oxts"
     assert instant.id == "2026_01_01_drive_0001_sync/0000000005"
-    places = np.concatenate([scan.in_world() for scan in instant.scans])
+    places = np.concatenate(
+        [transform_points(scan.pose, scan.points[:, :3]) for scan in instant.scans]
+    )
     assert places == pytest.approx(np.tile(instant.scans[1].points[0, :3], (3, 1)), abs=2e-3)
     assert instant.scans[1].pose == pytest.approx(np.eye(4))
+    # 0.8 m ahead and some to the left every tenth of a second, 0.04 rad to the left.
+    sweep = instant.scans[0].sweep
+    assert 8.0 < sweep.speed < 9.5
+    assert sweep.turn_rate == pytest.approx(0.4, abs=0.01)
 
 
 def test_without_measurements_poses_are_registered_or_refused(tmp_path: Path) -> None:

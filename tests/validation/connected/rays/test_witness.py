@@ -1,5 +1,7 @@
 """Witnesses: a wall, a box, what hides it, and the rays of another place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -112,7 +114,38 @@ def test_what_moves_is_looked_for_where_it_is_by_then() -> None:
     assert through < 0.02
     # Without its velocity, it is where it was.
     left = claim(first, _REGION)
-    assert _shares(other, left)[0] < support
+    assert _shares(other, left, replace(_EXACT, fastest=0.0))[0] < support
+
+
+@pytest.mark.parametrize("speed", [30.0, -30.0])
+def test_what_neither_tracks_may_have_moved_along_its_heading(speed: float) -> None:
+    # A thin plate across its way, which is 3 m on after 0.1 s: rays pass where it was.
+    plate: Box = (11.8, 12.2, -1.0, 1.0, 0.0, 1.5)
+    moving = {"velocity": (speed, 0.0)}
+    first = observe(scan_of([plate], pose_at(12.0, -12.0, np.pi / 2), **moving), _STILL)
+    other = observe(scan_of([plate], pose_at(12.0, 12.0, -np.pi / 2), time=0.1, **moving), _STILL)
+    region = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[0.5, 2.0, 1.5]]), np.zeros(1))
+    claims = claim(first, region)
+
+    def counted(margins: Margins) -> np.ndarray:
+        return np.asarray(count_rays(other, claims, region, margins).counts[0])
+
+    still = counted(replace(_EXACT, fastest=0.0))
+    assert still[1] > 10 * max(still[0], 1)
+    moved = counted(_EXACT)
+    assert moved[0] > 5 * max(moved[1], 1)
+    # A thing that moves across its heading, or not at all, is not excused.
+    across = Regions(region.centre, region.size[:, [1, 0, 2]], np.array([np.pi / 2]))
+    aside = count_rays(other, claim(first, across), across, _EXACT).counts[0]
+    assert aside[1] > 10 * max(aside[0], 1)
+    nothing = observe(scan_of([], other.pose, time=0.1), _STILL)
+    assert count_rays(nothing, claims, region, _EXACT).counts[0, 1] > 10
+
+
+def test_a_witness_far_away_says_nothing(claims: Claims) -> None:
+    witness = observe(scan_of([], pose_at(-30.0, 0.0)), _STILL)
+    assert _shares(witness, claims, replace(_EXACT, resolved=60.0))[1] > 0.05
+    assert _shares(witness, claims, replace(_EXACT, resolved=35.0)).tolist() == [0, 0, 0]
 
 
 def test_a_vehicle_that_turns_while_it_looks_finds_things_where_they_are(claims: Claims) -> None:

@@ -1,0 +1,213 @@
+"""`avsec connected`: which of several vehicles is lied to by its LiDAR?"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from avsec_gym import console
+from avsec_gym.commands.named_part import named_part
+from avsec_gym.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.validation.connected.attacks.attacked_instant import InstantAttack
+    from avsec_gym.validation.connected.fit import ConnectedFit
+    from avsec_gym.validation.connected.sources import ConnectedSource
+    from avsec_gym.validation.connected.vehicle import RegionProposer
+    from avsec_gym.validation.validation_folder import ValidationFolder
+
+_USUAL_OUT = Path("runs/connected")
+SAMPLES = ".samples.jsonl"
+
+
+@dataclass(frozen=True)
+class Connected:
+    """Compare the LiDARs of connected vehicles with each other, instant by instant.
+
+    A line for each instant, a picture from above for each alarm, a summary; what was stopped goes
+    on.  With --fit it measures what the evidence is worth on such vehicles instead.
+    """
+
+    data: Path | None = None
+    """A data set of `avsec world make --suite connected`, a folder in OPV2V's layout, or a drive, a
+    day or days in KITTI's raw layout, of which three scans half a second apart stand for three
+    vehicles.  Default: a small set of the procedural world, made on first use."""
+    method: Literal["rays", "surfaces"] = "rays"
+    """Rays that end on what others claim or pass through it; or the thesis' surfaces."""
+    poses: Literal["measured", "true", "registration"] = "measured"
+    """Whose poses align the scans: as the vehicles measure them, the true ones, or by registering
+    the scans onto each other (raw drives)."""
+    attack: str | None = None
+    """Attack one vehicle at each instant: paste, removal, or JSON with arguments such as
+    '{"name": "paste", "vehicle": 1, "distance": [6, 20]}'."""
+    proposals: Literal["clusters", "pointrcnn"] = "clusters"
+    """Where regions come from: what stands up on the ground, or the first stage of PointRCNN, which
+    takes seconds a scan."""
+    constants: Path | None = None
+    """A file that --fit wrote.  Default: the package's own, fitted on the procedural world with
+    KITTI's LiDAR."""
+    fit: Path | None = None
+    """Measure these instants, which must be without an attack, attack each of them, and write what
+    the evidence is worth to this file; no instant is judged."""
+    alarms: float = 0.1
+    """Share of attack-free instants that may alarm by rays."""
+    rate: float = 0.1
+    """Designated false positive rate r of distances, for surfaces."""
+    seed: int = 0
+    """Of the attacks."""
+    limit: int | None = None
+    """Only the first instants."""
+    pictures: int = 20
+    """Most pictures of alarms."""
+    out: Path | None = None
+    """Folder of frames.jsonl, summary.json and pictures.  Default: runs/connected, or
+    runs/connected_2 and so on if that is of something else."""
+    json: bool = False
+    """JSON lines instead of words, the summary last."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        self._check()
+        if self.fit is not None:
+            return self._fit(self.fit)
+        from avsec_gym.commands.judged_instants import JudgedInstants
+        from avsec_gym.validation.connected.validator import ConnectedValidator
+
+        fit = self._read_fit
+        validator = ConnectedValidator(
+            fit.constants(self.alarms, self.rate), self.method, self._proposer
+        )
+        source = self._source.first(self.limit)
+        if not self.json:
+            console.say(f"avsec: what decides here was {fit.origin}")
+        judged = JudgedInstants(
+            source,
+            validator,
+            fit,
+            self._folder(fit),
+            self._attack,
+            self.seed,
+            self.pictures,
+            self.json,
+        )
+        judged.judge()
+        return judged.report()
+
+    def _check(self) -> None:
+        for name, good in (
+            ("alarms", 0 <= self.alarms < 1),
+            ("rate", 0 <= self.rate <= 1),
+            ("limit", self.limit is None or self.limit >= 1),
+            ("seed", self.seed >= 0),
+            ("pictures", self.pictures >= 0),
+        ):
+            if not good:
+                raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        if self.fit is not None and (self.constants is not None or self.attack is not None):
+            raise ConfigurationError(
+                "--fit measures attack-free instants and attacks them itself: it goes without"
+                " --constants and --attack"
+            )
+        # A mistyped name is an error before anything is measured.
+        _ = self._attack
+
+    @cached_property
+    def _attack(self) -> InstantAttack | None:
+        from avsec_gym.registry import Kind, make
+
+        if self.attack is None:
+            return None
+        attack: InstantAttack = make(Kind.CONNECTED_ATTACK, named_part(self.attack, "--attack"))
+        return attack
+
+    @cached_property
+    def _source(self) -> ConnectedSource:
+        from avsec_gym.validation.connected.sources import connected_source
+        from avsec_gym.world.export.default_suites import default_suite
+
+        root = self.data
+        if root is None:
+            with console.progress("rendering instants of connected vehicles") as shown:
+                root = default_suite("connected", on_progress=shown)
+        return connected_source(root, self.poses)
+
+    @property
+    def _constants_file(self) -> Path:
+        from avsec_gym.validation.connected.fit import SHIPPED_FIT
+
+        return SHIPPED_FIT if self.constants is None else self.constants
+
+    @cached_property
+    def _read_fit(self) -> ConnectedFit:
+        from avsec_gym.validation.connected.fit import read_connected_fit
+
+        return read_connected_fit(self._constants_file)
+
+    @property
+    def _proposer(self) -> RegionProposer:
+        from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+
+        if self.proposals == "clusters":
+            return ClusterProposer()
+        from avsec_gym.registry import Kind, make
+        from avsec_gym.validation.connected.proposals.sectors import SectorProposer
+
+        return SectorProposer(make(Kind.DETECTOR, "pointrcnn"))
+
+    def _fit(self, path: Path) -> int:
+        """Measure, fit, write; what was measured is kept beside the file until it is written."""
+        from avsec_gym.validation.connected.fit import write_connected_fit
+        from avsec_gym.validation.connected.fitting import FittedInstants, fit_connected
+
+        source = self._source.first(self.limit)
+        on = FittedInstants(self._record_of_data(source), self._proposer, seed=self.seed)
+        samples = path.with_name(path.name + SAMPLES)
+        total = len(source.names) or sum(1 for _ in source.read())
+        with console.progress("measuring instants") as shown:
+            fit = fit_connected(source.read(), total, on, samples=samples, on_progress=shown)
+        write_connected_fit(path, fit)
+        samples.unlink(missing_ok=True)
+        console.say(f"avsec: {path} holds what was {fit.origin}")
+        return console.DONE
+
+    def _record_of_data(self, source: ConnectedSource) -> dict[str, Any]:
+        """What names the instants in a fit's file: of our own data sets, their settings."""
+        from avsec_gym.world.export.manifest import read_manifest
+
+        record: dict[str, Any] = {"layout": source.layout, "proposals": self.proposals}
+        record["poses"] = self.poses
+        settings = (read_manifest(source.root) or {}).get("settings", {})
+        named = ("seed", "assets", "vehicles", "clocks_apart", "position_noise", "heading_noise")
+        record |= {name: settings[name] for name in named if name in settings}
+        return record if settings else {**record, "folder": source.root.name}
+
+    def _folder(self, fit: ConnectedFit) -> ValidationFolder:
+        from avsec_gym.commands.judged_instants import InstantRow
+        from avsec_gym.storage.text_files import read_text
+        from avsec_gym.validation.connected.fit import FORMAT
+        from avsec_gym.validation.validation_folder import ValidationFolder, differences
+
+        content = read_text(self._constants_file, most=2**28)
+        record = {
+            "format": FORMAT,
+            "data": "default suite connected" if self.data is None else str(self.data.resolve()),
+            "method": self.method,
+            "poses": self.poses,
+            "proposals": self.proposals,
+            "constants": hashlib.sha256(content.encode()).hexdigest(),
+            "alarms": self.alarms,
+            "rate": self.rate,
+            "attack": self.attack and named_part(self.attack, "--attack"),
+            "seed": self.seed,
+        }
+        if self.out is not None:
+            return ValidationFolder(self.out, record, InstantRow)
+        for number in count(1):
+            out = _USUAL_OUT.with_name(_USUAL_OUT.name + (f"_{number}" if number > 1 else ""))
+            if not differences(out, record):
+                break
+        return ValidationFolder(out, record, InstantRow)

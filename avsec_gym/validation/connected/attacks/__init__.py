@@ -1,0 +1,1 @@
+"""Attacks on the LiDAR of one of several connected vehicles, at one instant."""

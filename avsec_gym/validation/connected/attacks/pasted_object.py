@@ -1,0 +1,196 @@
+"""`PastedObject`: the scan of a real vehicle, pasted into one vehicle's cloud (section 4.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.attacks.attack import Seed
+from avsec_gym.attacks.object_scan import ObjectScan, cut_out_points, read_object_scan
+from avsec_gym.attacks.tampered_scan import inject_object
+from avsec_gym.box_overlap import rectangle_iou
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, with_scan
+from avsec_gym.validation.connected.attacks.seen_objects import (
+    SeenObject,
+    box_in_world,
+    points_in_box,
+    seen_objects,
+    upright_pose,
+)
+from avsec_gym.validation.connected.proposals.ground_map import ground_map
+from avsec_gym.validation.connected.recordings import RecordedInstant
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+
+_TRIES = 60
+_ROOM = 0.5
+"""Metres kept free around a ghost."""
+_REACH = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class PastedObject:
+    """A ghost: what some vehicle scanned of a real object stands in the victim's scan elsewhere.
+
+    It stands on the ground, where the victim's rays ended on nothing, and turned such that the
+    sides that were scanned face the victim's LiDAR, as they must to be seen.
+
+    Args:
+        vehicle: Number of the victim; None: drawn.
+        distance: Least and greatest distance from its LiDAR, metres.
+        bearing: Bearing from its LiDAR, radians to the left of ahead; None: drawn.
+        scan: The scan that is pasted, or a file that `write_object_scan` wrote; None: that of an
+            object of the instant, drawn.
+        fewest: Points of an object of the instant that is pasted.
+        rays_lost: Whether the victim's rays that meet the ghost are lost; in the thesis points are
+            added.
+        name: Name of the attack in results.
+
+    Raises:
+        ConfigurationError: A number that cannot be.
+        DataError: The file is missing or broken.
+    """
+
+    vehicle: int | None = None
+    distance: tuple[float, float] = (6.0, 40.0)
+    bearing: float | None = None
+    scan: ObjectScan | str | Path | None = None
+    fewest: int = 50
+    rays_lost: bool = False
+    name: str = "paste"
+    _scan: ObjectScan | None = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        near, far = np.broadcast_to(np.asarray(self.distance, float), 2)
+        if not 0 < near <= far <= _REACH:
+            raise ConfigurationError(
+                f"a ghost is at 0 to {_REACH:g} m from its victim, got {self.distance}"
+            )
+        if self.bearing is not None and not np.isfinite(self.bearing):
+            raise ConfigurationError(f"a bearing is an angle, got {self.bearing}")
+        given = self.scan
+        read = read_object_scan(given) if isinstance(given, str | Path) else given
+        object.__setattr__(self, "_scan", read)
+
+    def attack(self, instant: RecordedInstant, seed: Seed = 0) -> AttackedInstant | None:
+        """See `InstantAttack.attack`."""
+        random = np.random.default_rng(seed)
+        victim = drawn_vehicle(instant, self.vehicle, random)
+        pasted = self._scan or _scan_of_some_object(instant, self.fewest, random)
+        if pasted is None:
+            return None
+        scan = instant.scans[victim]
+        place = self._place(instant, victim, pasted, random)
+        if place is None:
+            return None
+        # It stands still: each of its points is where the head finds it.
+        tampered = inject_object(scan.compensated().points, pasted, place, rays_lost=self.rays_lost)
+        bogus = tampered.points[tampered.bogus]
+        bogus[:, :3] = scan.sweep.rolled(bogus[:, :3].astype(np.float64))
+        points = np.concatenate([scan.points[~tampered.lost], bogus])
+        box = box_in_world(place, pasted.dimensions, instant.true_pose(victim))
+        return AttackedInstant(with_scan(instant, victim, points), victim, "ghost", box, len(bogus))
+
+    def _place(
+        self,
+        instant: RecordedInstant,
+        victim: int,
+        pasted: ObjectScan,
+        random: np.random.Generator,
+    ) -> Floats | None:
+        """A free place on the ground; None where there is none."""
+        places = instant.scans[victim].compensated().points[:, :3].astype(np.float64)
+        places = places[np.isfinite(places).all(axis=1)]
+        places = places[(np.abs(places[:, :2]) < _REACH).all(axis=1)]
+        if not len(places):
+            return None
+        ground = ground_map(places, _REACH)
+        taken = [_rectangle(each, _ROOM) for each in seen_objects(instant, victim)]
+        for _ in range(_TRIES):
+            distance, turned = random.uniform(*self.distance), random.uniform(-np.pi, np.pi)
+            bearing = turned if self.bearing is None else self.bearing
+            x, y = distance * np.cos(bearing), distance * np.sin(bearing)
+            facing = bearing + np.pi - np.arctan2(pasted.seen_from[1], pasted.seen_from[0])
+            bottom = float(ground.height(np.array([[x, y]]))[0])
+            pose = upright_pose(x, y, bottom, facing)
+            ghost = SeenObject(pose, pasted.dimensions, 0)
+            near = np.array(taken).reshape(-1, 5)
+            if rectangle_iou(_rectangle(ghost)[None], near).any():
+                continue
+            # Few returns above the ground: bushes and walls are no place for a vehicle.
+            if points_in_box(places, pose, pasted.dimensions, feet=0.4) <= _FEW:
+                return pose
+        return None
+
+
+_FEW = 3
+
+
+def drawn_vehicle(
+    instant: RecordedInstant, vehicle: int | None, random: np.random.Generator
+) -> int:
+    """The victim.
+
+    Raises:
+        ConfigurationError: There is no such vehicle.
+    """
+    drawn = int(random.integers(len(instant.scans)))
+    if vehicle is not None and not 0 <= vehicle < len(instant.scans):
+        raise ConfigurationError(
+            f"there is no vehicle {vehicle} at {instant.id}, but 0 to {len(instant.scans) - 1}"
+        )
+    return drawn if vehicle is None else vehicle
+
+
+def pasteable_scans(instant: RecordedInstant, most: int = 8, fewest: int = 50) -> list[ObjectScan]:
+    """What the vehicles of an instant have on objects of the size of cars, most points first.
+
+    Args:
+        instant: What all vehicles scanned.
+        most: Number of scans.
+        fewest: Points of each.
+    """
+    found = sorted(_objects_to_paste(instant, fewest), key=lambda each: -each[1].points)
+    scans = [_cut(scan, chosen) for scan, chosen in found[:most]]
+    return [each for each in scans if each is not None]
+
+
+def _scan_of_some_object(
+    instant: RecordedInstant, fewest: int, random: np.random.Generator
+) -> ObjectScan | None:
+    """What some vehicle, the victim too, has on an object of the size of a car."""
+    found = _objects_to_paste(instant, fewest)
+    return _cut(*found[int(random.integers(len(found)))]) if found else None
+
+
+def _objects_to_paste(
+    instant: RecordedInstant, fewest: int
+) -> list[tuple[VehicleScan, SeenObject]]:
+    return [
+        (instant.scans[vehicle], each)
+        for vehicle in range(len(instant.scans))
+        for each in seen_objects(instant, vehicle, fewest)
+        if _SHORTEST <= each.dimensions[2] <= _LONGEST and each.distance > 3.0
+    ]
+
+
+def _cut(scan: VehicleScan, chosen: SeenObject) -> ObjectScan | None:
+    return cut_out_points(
+        scan.compensated().points,
+        np.asarray(np.linalg.inv(chosen.pose)),
+        chosen.dimensions,
+        feet=0.1,
+    )
+
+
+_SHORTEST, _LONGEST = 3.0, 7.0
+
+
+def _rectangle(seen: SeenObject, margin: float = 0.0) -> Floats:
+    """x, y, length, width, heading from above, shape (5,)."""
+    _, width, length = seen.dimensions
+    heading = np.arctan2(seen.pose[1, 0], seen.pose[0, 0])
+    return np.array([*seen.pose[:2, 3], length + 2 * margin, width + 2 * margin, heading])

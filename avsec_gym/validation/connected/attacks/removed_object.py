@@ -1,0 +1,79 @@
+"""`RemovedObject`: a real object is missing from one vehicle's scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.attacks.attack import Seed
+from avsec_gym.attacks.tampered_scan import RemovedRays, remove_object
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, with_scan
+from avsec_gym.validation.connected.attacks.pasted_object import drawn_vehicle
+from avsec_gym.validation.connected.attacks.seen_objects import box_in_world, seen_objects
+from avsec_gym.validation.connected.recordings import RecordedInstant
+
+_MARGIN = 0.15
+_SMEARED = 0.05
+"""Seconds of motion by which a moving object may be smeared in a scan."""
+
+
+@dataclass(frozen=True)
+class RemovedObject:
+    """An object's echoes are outshone, or delayed until they seem to come from the ground behind.
+
+    Args:
+        vehicle: Number of the victim; None: drawn.
+        farthest: Objects farther from its LiDAR are left alone, metres.
+        fewest: Points that the victim has on an object that is removed.
+        rays: Whether its rays are ``lost``, or ``pushed`` to the ground behind; None: drawn.
+        name: Name of the attack in results.
+
+    Raises:
+        ConfigurationError: A number that cannot be.
+    """
+
+    vehicle: int | None = None
+    farthest: float = 40.0
+    fewest: int = 30
+    rays: RemovedRays | None = None
+    name: str = "removal"
+
+    def __post_init__(self) -> None:
+        if self.rays not in (None, "lost", "pushed"):
+            raise ConfigurationError(f"rays are 'lost' or 'pushed', got {self.rays!r}")
+        if not (self.farthest > 0 and self.fewest >= 1):
+            raise ConfigurationError(f"a removed object has points and a distance, got {self}")
+
+    def attack(self, instant: RecordedInstant, seed: Seed = 0) -> AttackedInstant | None:
+        """See `InstantAttack.attack`."""
+        random = np.random.default_rng(seed)
+        victim = drawn_vehicle(instant, self.vehicle, random)
+        rays = self.rays or (("lost", "pushed")[int(random.integers(2))])
+        found = [
+            each
+            for each in seen_objects(instant, victim, self.fewest)
+            if 2.0 < each.distance <= self.farthest
+        ]
+        if not found:
+            return None
+        chosen, scan = found[int(random.integers(len(found)))], instant.scans[victim]
+        tampered = remove_object(
+            scan.compensated().points,
+            chosen.pose,
+            chosen.dimensions,
+            rays,
+            margin=_MARGIN + _SMEARED * chosen.speed,
+        )
+        pushed = tampered.points[tampered.bogus]
+        pushed[:, :3] = scan.sweep.rolled(pushed[:, :3].astype(np.float64))
+        points = np.concatenate([scan.points[~tampered.lost], pushed])
+        box = box_in_world(chosen.pose, chosen.dimensions, instant.true_pose(victim))
+        return AttackedInstant(
+            with_scan(instant, victim, points),
+            victim,
+            "removal",
+            box,
+            int(tampered.lost.sum()),
+        )

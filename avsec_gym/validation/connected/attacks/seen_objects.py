@@ -1,0 +1,118 @@
+"""The objects that a vehicle's scan has points on: labelled ones, or what looks like objects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.merging import regions_in_world
+from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.recordings import RecordedInstant
+from avsec_gym.validation.connected.regions import Regions
+
+
+@dataclass(frozen=True, eq=False)
+class SeenObject:
+    """An object in a vehicle's scan.
+
+    Args:
+        pose: From its own frame (x along its heading, z up from its bottom) to the velodyne frame
+            of the scan's own time, as it was when the LiDAR's head faced it, shape (4, 4).
+        dimensions: Height, width, length, metres.
+        points: Number of points in its box.
+        speed: Speed, m/s; 0 where it is not known.
+    """
+
+    pose: Floats
+    dimensions: tuple[float, float, float]
+    points: int
+    speed: float = 0.0
+
+    @property
+    def distance(self) -> float:
+        """From the LiDAR along the ground, metres."""
+        return float(np.hypot(*self.pose[:2, 3]))
+
+
+def seen_objects(instant: RecordedInstant, vehicle: int, fewest: int = 1) -> list[SeenObject]:
+    """The objects that a vehicle has points on, nearest first.
+
+    Without labels, they are what `ClusterProposer` takes for objects.
+
+    Args:
+        instant: What all vehicles scanned.
+        vehicle: Number of the vehicle.
+        fewest: Points that an object has at least.
+    """
+    scan = instant.scans[vehicle].compensated()
+    places = scan.points[:, :3].astype(np.float64)
+    objects = _labelled(instant, vehicle) if instant.truth else _proposed(instant, vehicle)
+    found = []
+    for pose, dimensions, speed in objects:
+        points = points_in_box(places, pose, dimensions)
+        if points >= fewest:
+            found.append(SeenObject(pose, dimensions, points, speed))
+    return sorted(found, key=lambda each: each.distance)
+
+
+_Box = tuple[Floats, tuple[float, float, float], float]
+
+
+def _labelled(instant: RecordedInstant, vehicle: int) -> list[_Box]:
+    truth, scan = instant.truth, instant.scans[vehicle]
+    assert truth is not None
+    to_velodyne = np.linalg.inv(instant.true_pose(vehicle))
+    own = truth.vehicles[vehicle].actor
+    boxes: list[_Box] = []
+    for each in truth.objects:
+        if each.actor == own:
+            continue
+        # What moves is where it is when the head faces it.
+        place = to_velodyne @ [*each.location, 1.0]
+        turned = np.arctan2(place[1], place[0]) / (2 * np.pi)
+        x, y, heading = each.pose_after(scan.time + turned * scan.sweep.period)
+        pose = to_velodyne @ upright_pose(x, y, each.location[2], heading)
+        boxes.append((pose, each.dimensions, each.speed))
+    return boxes
+
+
+def _proposed(instant: RecordedInstant, vehicle: int) -> list[_Box]:
+    regions = ClusterProposer()(instant.scans[vehicle].compensated().points)
+    return [
+        (upright_pose(x, y, z, heading), (size[2], size[1], size[0]), 0.0)
+        for (x, y, z), size, heading in zip(
+            regions.centre.tolist(), regions.size.tolist(), regions.heading.tolist(), strict=True
+        )
+    ]
+
+
+def upright_pose(x: float, y: float, z: float, heading: float) -> Floats:
+    """The pose of an upright thing, shape (4, 4)."""
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.array([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, z], [0, 0, 0, 1.0]])
+
+
+def points_in_box(
+    places: Floats, pose: Floats, dimensions: tuple[float, float, float], feet: float = 0.1
+) -> int:
+    """Number of points in an object's box, without those of the ground at its feet."""
+    own = (places - pose[:3, 3]) @ pose[:3, :3]
+    height, width, length = dimensions
+    inside = (np.abs(own[:, :2]) <= [length / 2, width / 2]).all(axis=1)
+    return int((inside & (own[:, 2] > feet) & (own[:, 2] <= height)).sum())
+
+
+def box_in_world(pose: Floats, dimensions: tuple[float, float, float], vehicle: Floats) -> Regions:
+    """An object's box of a vehicle's frame, in the world of all vehicles, one region.
+
+    Args:
+        pose: From the object's frame to the velodyne frame, shape (4, 4).
+        dimensions: Height, width, length, metres.
+        vehicle: Pose of the velodyne frame, shape (4, 4).
+    """
+    height, width, length = dimensions
+    heading = float(np.arctan2(pose[1, 0], pose[0, 0]))
+    own = Regions(pose[None, :3, 3], np.array([[length, width, height]]), np.array([heading]))
+    return regions_in_world(own, vehicle)

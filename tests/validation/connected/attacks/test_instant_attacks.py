@@ -1,0 +1,105 @@
+"""Attacks on one of several scans: what is put there, what is taken away, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.registry import Kind, make, names
+from avsec_gym.validation.connected.attacks.attacked_instant import (
+    AttackedInstant,
+    InstantAttack,
+)
+from avsec_gym.validation.connected.attacks.pasted_object import PastedObject
+from avsec_gym.validation.connected.attacks.removed_object import RemovedObject
+from avsec_gym.validation.connected.attacks.seen_objects import seen_objects
+from avsec_gym.validation.connected.recordings import RecordedInstant
+from avsec_gym.validation.connected.sweep import Sweep
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+
+_CAR = (14.0, 3.0, 0.1)
+
+
+@pytest.fixture(scope="module")
+def instant(street: Callable[..., list[VehicleScan]]) -> RecordedInstant:
+    """Three vehicles that see one car; nothing is labelled."""
+    return RecordedInstant("000003", tuple(street((_CAR,), (_CAR,), (_CAR,))))
+
+
+def _done(attacked: AttackedInstant | None) -> AttackedInstant:
+    assert attacked is not None
+    return attacked
+
+
+@pytest.mark.parametrize("name", names(Kind.CONNECTED_ATTACK))
+def test_an_attack_changes_the_victims_scan_alone_and_repeats(
+    name: str, instant: RecordedInstant
+) -> None:
+    attack: InstantAttack = make(Kind.CONNECTED_ATTACK, {"name": name, "vehicle": 1})
+    first, again = _done(attack.attack(instant, 5)), _done(attack.attack(instant, 5))
+    assert first.victim == 1
+    assert first.points > 0
+    for vehicle in (0, 2):
+        assert first.instant.scans[vehicle] is instant.scans[vehicle]
+    np.testing.assert_array_equal(first.instant.scans[1].points, again.instant.scans[1].points)
+    assert len(first.instant.scans[1].points) != len(instant.scans[1].points)
+
+
+def test_a_ghost_stands_on_free_ground_and_faces_its_victim(instant: RecordedInstant) -> None:
+    for seed in range(8):
+        attacked = _done(PastedObject(vehicle=0).attack(instant, seed))
+        before, after = (each.scans[0].points for each in (instant, attacked.instant))
+        bogus = after[len(before) :]
+        assert len(bogus) == attacked.points
+        inside = attacked.box.grown(0.3, 0.3).contains(
+            0, instant.scans[0].pose[:3, 3] + bogus[:, :3]
+        )
+        assert inside.all()
+        # No object there, and the ground below it at height 0.
+        away = np.hypot(*(attacked.box.centre[0, :2] - _CAR[:2]))
+        assert away > 2.0
+        assert attacked.box.centre[0, 2] == pytest.approx(0.0, abs=0.1)
+        # Nothing of it is farther away than its middle by half of its length.
+        near = np.linalg.norm(bogus[:, :2], axis=1).mean()
+        assert near < np.linalg.norm(attacked.box.centre[0, :2])
+
+
+def test_a_removed_object_has_no_points_left(instant: RecordedInstant) -> None:
+    for rays in ("lost", "pushed"):
+        attacked = _done(RemovedObject(vehicle=0, rays=rays).attack(instant))  # type: ignore[arg-type]
+        left = attacked.instant.scans[0].in_world()
+        inside = attacked.box.contains(0, left) & (left[:, 2] > 0.2)
+        assert not inside.any()
+        lost = len(instant.scans[0].points) - len(attacked.instant.scans[0].points)
+        assert lost == attacked.points if rays == "lost" else lost < attacked.points
+
+
+def test_a_ghost_in_a_rolling_scan_stands_still(instant: RecordedInstant) -> None:
+    clean, sweep = instant.scans[0], Sweep(20.0, 0.1)
+    rolled = sweep.rolled(clean.points[:, :3].astype(float))
+    points = np.c_[rolled, clean.points[:, 3]].astype(np.float32)
+    scans = (VehicleScan(points, clean.pose, 0.0, sweep), *instant.scans[1:])
+    attacked = _done(PastedObject(vehicle=0).attack(RecordedInstant("a", scans), 2))
+    ghost = attacked.instant.scans[0].in_world()[len(points) :]
+    assert attacked.box.grown(0.1, 0.1).contains(0, ghost).all()
+
+
+def test_without_labels_what_looks_like_objects_is_seen(instant: RecordedInstant) -> None:
+    [seen] = seen_objects(instant, 0, fewest=50)
+    assert np.hypot(*(seen.pose[:2, 3] - _CAR[:2])) < 0.5
+
+
+def test_nothing_to_attack_is_none_and_bad_numbers_are_named() -> None:
+    empty = VehicleScan(np.zeros((0, 4), np.float32), np.eye(4))
+    nothing = RecordedInstant("000000", (empty, empty))
+    assert PastedObject().attack(nothing) is None
+    assert RemovedObject().attack(nothing) is None
+    with pytest.raises(ConfigurationError, match="no vehicle 7"):
+        RemovedObject(vehicle=7).attack(nothing)
+    with pytest.raises(ConfigurationError, match="0 to 60 m"):
+        PastedObject(distance=(5.0, 90.0))
+    with pytest.raises(ConfigurationError, match="'lost' or 'pushed'"):
+        RemovedObject(rays="burnt")  # type: ignore[arg-type]
