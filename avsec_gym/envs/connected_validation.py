@@ -164,7 +164,7 @@ class ConnectedValidationEnv(DrawnEnv[Observation]):
         victim, kind = int(random.integers(self.vehicles)), int(random.integers(len(self._attacks)))
         variant = int(random.integers(self.variants))
         is_attacked = random.random() >= self.unattacked
-        if options.get("attacked") is not None:
+        if "attacked" in options:
             chosen = self._chosen(options["attacked"])
             is_attacked, victim = bool(chosen), chosen[0] if chosen else victim
         recorded = self.instants.instant(self._id)

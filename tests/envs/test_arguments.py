@@ -158,7 +158,8 @@ def test_strange_seeds_and_masks_of_many_are_refused(point: str) -> None:
 def test_gym_make_refuses_it_in_the_same_words(entry: Any) -> None:
     """Gymnasium neither rewords these errors nor makes anything else of them."""
     every = parameters(entry.entry_point)
-    name = next(name for name in ("price", "points", "most", "duration") if name in every)
+    usual_names = ("price", "points", "most", "duration", "variants")
+    name = next(name for name in usual_names if name in every)
     with pytest.raises(ConfigurationError, match=f"^{name} takes a"):
         gym.make(entry.id, **{name: "a"})
     with pytest.raises(ConfigurationError, match=f"^{name} takes a"):
