@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import shlex
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.cli import COMMANDS
 from avsec_gym.runs.catalogue import EXPERIMENTS
 from studies.study import RESULTS, ROOT, Step, Study
 
@@ -70,16 +72,23 @@ def _step(line: str) -> Step:
 
 
 def _sources(step: Step) -> list[str]:
-    """The files that it runs; of ``avsec run``, those of the experiments."""
+    """The files that it runs; of ``avsec run``, those of the experiments as well."""
     match step.words:
-        case ("-m", "avsec_gym", "run", *words):
-            named = [EXPERIMENTS[word] for word in words if word in EXPERIMENTS]
-            return [_path(place.partition(":")[0]) for place in named]
-        case ("-m", "avsec_gym", *_) | ("-c", *_):
+        case ("-m", "avsec_gym", *words):
+            named = [EXPERIMENTS[word] for word in words[1:] if word in EXPERIMENTS]
+            places = [_place_of_command(words), *(named if words[0] == "run" else [])]
+            return [_path(place.partition(":")[0]) for place in places]
+        case ("-c", *_):
             return []
         case ("-m", module, *_):
             return [_path(module)]
     return [step.words[0]]
+
+
+def _place_of_command(words: Sequence[str]) -> str:
+    """``"module:class"`` of the command that ``avsec WORDS`` begins with."""
+    found = COMMANDS[words[0]]
+    return found if isinstance(found, str) else found.commands[words[1]]
 
 
 def _path(module: str) -> str:

@@ -65,3 +65,14 @@ def test_sources_reach_the_experiment_its_detectors_and_their_weights() -> None:
         "avsec_gym/experiments/chapter3/objects/believed_rates.py",
     } <= found
     assert not any("dsgn_small" in name or name.startswith("studies/") for name in found)
+
+
+def test_a_study_of_commands_has_their_sources() -> None:
+    """Without any it could never become stale."""
+    assert all(study.sources for study in STUDIES.values())
+    found = set(sources_of(STUDIES["world_pictures"].sources).values())
+    assert {
+        "avsec_gym/commands/world_pictures.py",
+        "avsec_gym/drawing/frame_picture.py",
+        "avsec_gym/world/capture.py",
+    } <= found
