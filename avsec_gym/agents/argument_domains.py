@@ -63,7 +63,7 @@ def checked_argument(name: str, value: Any, algorithm: str) -> Any:
     """An argument as the algorithm takes it.
 
     Args:
-        name: Its name.
+        name: Name of the argument.
         value: As a file has it; a text may spell a number, as YAML reads 1e-3 as one.
         algorithm: The name of the algorithm.
 

@@ -162,8 +162,8 @@ class ToolboxAttack:
 
     Args:
         method: A class of `art.attacks.evasion`, such as ``BasicIterativeMethod``.
-        epsilon: Its `eps`, grey levels; in any norm no channel of a pixel changes by more.
-        arguments: Its other arguments.
+        epsilon: The method's `eps`, grey levels; in any norm no channel of a pixel changes by more.
+        arguments: The method's other arguments.
         name: Name of the attack in results.
     """
 

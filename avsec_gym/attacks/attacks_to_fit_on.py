@@ -67,7 +67,7 @@ def attacked_in_turn(
 
     Args:
         frame: The clean frame.
-        system: Its sensors.
+        system: Sensors of the frame.
         attack_of: Function from a sensor and a generator to the attack on the sensor.
         seed: Seed of the frame.
     """

@@ -36,7 +36,7 @@ class PatchCard:
     Args:
         detectors: Whom it was trained against: the SHA-256 of each one's weights by name.
         data: The frames.
-        training: Its configuration, seed among it.
+        training: Configuration of the training, the seed included.
         losses: Losses to b*, by detector: means over places that training did not draw, of plain
             ``grey`` and of the ``patch``; none of a training that goes on.
         epochs: Passes over the frames.

@@ -227,7 +227,7 @@ def disparities(
         range: Range of distances.
         u: Column of the disc's centre in the left image, pixels; at ``u - radius`` at least the
             range's least disparity.
-        v: Its row.
+        v: Row of the disc's centre in the left image, pixels.
         radius: Radius of the disc, pixels.
         objects: Real objects.
     """
@@ -265,7 +265,7 @@ def nearest_behind(
         calibration: Calibration of the cameras.
         objects: Real objects.
         u: Column of the disc's centre in the left image, pixels.
-        v: Its row.
+        v: Row of the disc's centre in the left image, pixels.
         radius: Radius of the disc, pixels.
     """
     corners = box_corners(objects.location, objects.dimensions, objects.rotation_y)

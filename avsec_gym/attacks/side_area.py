@@ -51,7 +51,7 @@ class RoadView:
 
     Args:
         road: Whether each pixel shows the road, shape (H, W).
-        side: Its side area, shape (H, W).
+        side: Whether each pixel lies in the side area beside the road, shape (H, W).
         disparity: Disparity between the pair, pixels, float32, shape (H, W); 0 where unknown.
     """
 

@@ -79,7 +79,7 @@ class FitChoice:
         """How disparities of two cameras are found.
 
         Raises:
-            ConfigurationError: Its name or JSON is mistyped.
+            ConfigurationError: The name or the JSON is mistyped.
         """
         from avsec_gym.validation.evidence.pair_depth import PairDepth
 

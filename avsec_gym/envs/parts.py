@@ -259,7 +259,7 @@ def _made(kind: Kind, what: Any) -> Any:
     """The part, which can do what parts of its kind do.
 
     Raises:
-        ConfigurationError: Its arguments do not fit, or what was made of them is no such part.
+        ConfigurationError: The arguments do not fit, or what was made of them is no such part.
     """
     with one_thread():  # A forked process would wait forever for the threads of its parent.
         part = make(kind, what)

@@ -126,7 +126,7 @@ class PatchAttackEnv(SensorAttackEnv):
         """The patch that the attacker prints.
 
         Raises:
-            DataError: Its file is missing, damaged, or no patch.
+            DataError: The file is missing, damaged, or no patch.
         """
         from avsec_gym.attacks.patch import PatchAttack
         from avsec_gym.attacks.patch_files import shipped_patch

@@ -37,7 +37,7 @@ def export_agent(place: str | Path, out: Path, license: str | None = None) -> tu
     """Write an agent in the hub's layout; it is loaded first, so that nothing broken gets out.
 
     Args:
-        place: Its folder, or the name of a shipped one.
+        place: Folder of the agent, or the name of a shipped one.
         out: The folder to write, new or empty of these files.
         license: The hub's name of its licence; that of a shipped agent is known.
 

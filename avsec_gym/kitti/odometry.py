@@ -75,7 +75,7 @@ class OdometrySequence(Recording):
 
     Args:
         folder: The folder that holds ``sequences/`` and ``poses/``.
-        name: Its two digits.
+        name: Two digits, the sequence's name.
     """
 
     def __init__(self, folder: str | Path, name: str) -> None:

@@ -12,7 +12,7 @@ class OtherData:
     """A data set of others.
 
     Args:
-        name: Its name.
+        name: Name of the data set.
         signs: Patterns of paths below its root; it is this data set where one of the groups is
             there in full.
         converter: What writes its frames in KITTI's object layout, a sentence; empty where

@@ -79,7 +79,7 @@ class TrackingSequence(Recording):
 
     Args:
         folder: The half that it is in, such as ``training``.
-        name: Its four digits.
+        name: Four digits, the sequence's name.
     """
 
     def __init__(self, folder: str | Path, name: str) -> None:

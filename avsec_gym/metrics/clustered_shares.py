@@ -51,7 +51,7 @@ def share_of(hits: ArrayLike, clusters: Sequence[str]) -> Share:
 
     Args:
         hits: Shape (N,), or (N, C) where a row holds all C cases of a frame.
-        clusters: Which cluster each row belongs to, such as its drive; N names.
+        clusters: Cluster that each row belongs to, such as its drive; N names.
 
     Example:
         >>> share = share_of([True] * 40, ["first", "second"] * 20)

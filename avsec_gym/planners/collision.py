@@ -196,9 +196,9 @@ def touches_piece(
         ox: Offset from the rectangle's centre to the centre of the piece's shape along x, m.
         oy: Offset along y, m.
         oc: Cosine of the piece's heading.
-        os: Its sine.
+        os: Sine of the piece's heading.
         cos: Cosine of the rectangle's heading.
-        sin: Its sine.
+        sin: Sine of the rectangle's heading.
         half_length: Half the rectangle's length, m.
         half_width: Half the rectangle's width, m.
         vertices: Vertices of all pieces.

@@ -71,7 +71,7 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
 
     Args:
         run: The run.
-        request: Which pictures, and what else was asked.
+        request: The pictures that were asked for, and all other wishes.
 
     Raises:
         ConfigurationError: Two experiments give figures, or sections, the same name.

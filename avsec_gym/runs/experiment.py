@@ -75,7 +75,7 @@ class Cell:
 
     Args:
         work: The place of its work, ``"module:attribute"``: a `Work`.
-        key: Its arguments as JSON with sorted names; `of` makes it.
+        key: Arguments of the work as JSON with sorted names; `of` makes it.
         group: Cells of one group are done by one process, one after another where possible, so
             that it can keep what they share, such as a scene.
     """
@@ -189,7 +189,7 @@ class Experiment:
     Args:
         name: The name on the command line.
         question: The question that it answers, one line.
-        thesis: Its place in the thesis, such as ``Table 5.2``; empty if it goes beyond.
+        thesis: Place in the thesis, such as ``Table 5.2``; empty if it goes beyond.
         cells: All of them, in the order in which they should be done; cheap, and the same
             whenever it is asked.
         inputs: Files and folders that the results depend on, such as weights and scenes, by name.

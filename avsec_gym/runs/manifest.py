@@ -169,7 +169,7 @@ def check_same_question(
 
     Args:
         root: Folder of the run.
-        there: Its manifest.
+        there: Manifest of the run.
         configuration: Asked now, with all options.
         threads: Asked now.
 
@@ -186,8 +186,8 @@ def continued(root: Path, there: Mapping[str, Any], asked: Mapping[str, Any]) ->
     """The manifest of a run that goes on, perhaps with further experiments.
 
     Args:
-        root: Its folder.
-        there: Its manifest.
+        root: Folder of the run.
+        there: Manifest of the run.
         asked: A new one of what is asked now, see `check_same_question`.
 
     Raises:

@@ -98,8 +98,8 @@ class Section:
     """A section of a report.
 
     Args:
-        id: Its anchor on the page: letters, digits and ``-``, of no other section.
-        title: Its heading.
+        id: Anchor on the page: letters, digits and ``-``, of no other section.
+        title: Heading of the section.
         sentences: What the run found in words, which also stands at the head of the text and on the
             console.
         parts: Tables and figures, in the order of the page.
@@ -139,7 +139,7 @@ class Findings:
         question: The page's heading, if it is answered here.
         extent: What the figures are of, such as ``600 scenarios``.
         remarks: What must be known before anything else.
-        problems: Which pictures could not be made, and why.
+        problems: Pictures that could not be made, and why.
         style: CSS that the sections need beside the page's own.
         script: JavaScript that they need, likewise.
     """

@@ -351,7 +351,7 @@ def labelled_scene(
 
     Args:
         labels: The label file.
-        flags: Its moving flags; None: everything stands.
+        flags: File of the moving flags; None: everything stands.
         road_type: Road type of the scene.
         seed: Seed of the speeds of moving objects.
         group: A subset that the scene belongs to.

@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises:
         ConfigurationError: No such detector.
-        DataError: Its weights are missing or broken.
+        DataError: The detector's weights are missing or broken.
     """
     detector = make_detector({"name": options.detector})
     configuration = Configuration(PROCEDURAL, options.limit, options.seed)

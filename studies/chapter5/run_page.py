@@ -23,7 +23,7 @@ def run_page(
 
     Args:
         module: The full name of the module that is run.
-        what: Its docstring, whose first line is the help.
+        what: Docstring of the module, whose first line is the help.
         arguments: The words of the command line; None: those of the process.
         rows_of: The function from the run to the result.
         page: The result as Markdown, and the command that made it.

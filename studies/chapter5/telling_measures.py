@@ -44,7 +44,7 @@ class MeasureRow:
         detector: The detector, or ``both``.
         attacks: Number of attacks.
         rho: Spearman's rank correlation.
-        interval: Its 95 % interval by bootstrap over scenarios, both losses from the same draw.
+        interval: 95 % interval of `rho`, by bootstrap over scenarios; both losses from one draw.
         more: How much larger it is than that of the average precision.
     """
 

@@ -84,7 +84,7 @@ def detected(
 
     Args:
         what: What `make_detector` takes.
-        weights: Its file; None for one without.
+        weights: File of the detector's weights; None for a detector without.
         data: Where the frames are.
         ids: The ids of the frames.
         out: Folder.

@@ -32,7 +32,7 @@ class TrackingFacula(DriveAttack):
         ahead: Metres ahead of the car, the first and the last, from 5 to 100.
         left: Metres to its left, the first and the last, within 20.
         radii: Pixels of an image 1242 wide, the smallest and the largest, from 0.1 to 10,000.
-        strength: Of the light at its peak, grey levels, from 0.1 to 2550.
+        strength: Peak of the light, grey levels, from 0.1 to 2550.
 
     Raises:
         ConfigurationError: A number is out of range.

@@ -68,7 +68,7 @@ class Compared:
         objects: Obstacles that can be seen, shape (N,).
         actors: Id of each obstacle, shape (N,); None: not known.
         views: How the camera sees them.
-        matches: Which detection is of which object.
+        matches: Assignment of detections to objects.
         detections: Detections that are judged.
     """
 

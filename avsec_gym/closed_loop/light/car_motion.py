@@ -73,7 +73,7 @@ def touches(car: Floats, pose: Floats, size: Floats) -> bool:
     Args:
         car: The car's state, shape (5,).
         pose: The actor's x, y, heading, shape (3,).
-        size: Its length and width, shape (2,).
+        size: The actor's length and width, metres, shape (2,).
     """
     dx, dy = pose[0] - car[X], pose[1] - car[Y]
     half_length, half_width = 0.5 * size[0], 0.5 * size[1]

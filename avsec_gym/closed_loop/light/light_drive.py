@@ -36,8 +36,8 @@ class Place:
     Args:
         scene: The scene.
         duration: Seconds that a drive may take.
-        road: Its road.
-        traffic: Its traffic at every instant.
+        road: The scene's road.
+        traffic: The scene's actors at every instant.
         begun: The actor that the car touches from the start on; -1: none.
     """
 

@@ -61,7 +61,7 @@ def estimate_motion(recording: RecordedTraffic) -> EgoMotion:
     """The car's motion in a recording.
 
     Args:
-        recording: Its own motion is not used.
+        recording: The recorded traffic; the motion that it may hold is not used.
     """
     vehicles = [
         each

@@ -15,10 +15,10 @@ class RecordedObject:
     """One object in the frames that it is labelled in.
 
     Args:
-        id: Its number in the recording.
+        id: Number of the object in the recording.
         category: KITTI's name, such as ``Car``.
         dimensions: Height, width, length, metres, shape (3,): the median over its labels.
-        frames: Its frames, sorted, shape (n,).
+        frames: Numbers of the frames, sorted, shape (n,).
         poses: x forward, y left (m), heading (rad, without jumps) in the frame of the recording
             car, whose origin is the camera, shape (n, 3).
         below: How far its bottom lies below the camera, metres: the median over its labels.
@@ -37,7 +37,7 @@ class RecordedTraffic:
     """The labelled objects of a sequence or drive.
 
     Args:
-        id: Its name.
+        id: Name of the sequence or drive.
         count: Number of frames, a tenth of a second apart.
         objects: What is labelled.
         motion: The car's poses x, y (m), heading (rad, without jumps) at every frame, in a plane
@@ -56,7 +56,7 @@ def recorded_object(
     """One object, of its labels in any order.
 
     Args:
-        id: Its number.
+        id: Number of the object in the recording.
         category: KITTI's name.
         dimensions: Height, width, length of each label, shape (n, 3).
         frames: Frame of each label.

@@ -43,7 +43,7 @@ def traffic_of_frames(
     """The traffic of tracked boxes.
 
     Args:
-        id: Its name.
+        id: Name of the sequence or drive.
         count: Number of frames.
         frames: Boxes in the camera frame, and whose they are, by frame.
         motion: See `RecordedTraffic`.

@@ -54,8 +54,8 @@ class LikelihoodSamples:
     Args:
         evidence: Shares, shape (N, M); see `gather_evidence`.
         states: **s**, shape (N, n + 1).
-        frames: Which frame of the world each sample shows, clean or attacked, shape (N,).
-        drives: Which drive its frame belongs to, shape (N,); frames of one drive are alike.
+        frames: Frame of the world that each sample shows, clean or attacked, shape (N,).
+        drives: Drive of each sample's frame, shape (N,); frames of one drive are alike.
             None: each is of a drive of its own.
 
     Raises:

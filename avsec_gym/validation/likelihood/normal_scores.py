@@ -32,7 +32,7 @@ class NormalScores:
         quantiles: Quantiles of clean frames' log-odds, ascending and evenly spread in probability,
             shape (Q, M); without any, scores are the log-odds.
         begins: Where the tail begins, log-odds, shape (M,).
-        chances: Which share of clean frames is beyond that, above 0, shape (M,).
+        chances: Share of clean frames beyond where the tail begins, above 0, shape (M,).
         tails: Their mean excess, log-odds, shape (M,).
 
     Raises:

@@ -53,7 +53,7 @@ class DamagedScan:
     """What is wrong with a scan.
 
     Args:
-        points: Which points are bogus, shape (M,).
+        points: Whether each point is bogus, shape (M,).
         lost: The directions in which returns are missing, shape (140, 1800): rows from `LOWEST` up,
             columns from behind over the right, ahead and the left, `STEP` by `STEP`.
     """

@@ -51,7 +51,7 @@ class Repair:
         pixels: Pixels of each attacked camera: what was found damaged and filled, shape (H, W).
         made_up: The part of that, for each attacked camera, which no trusted camera saw.
         scan: What was found wrong with the tampered scan; None: the LiDAR is trusted.
-        refilled: Which points of the repaired scan are the cameras', shape (M,).
+        refilled: Whether each point of the repaired scan is the cameras', shape (M,).
     """
 
     frame: SensorFrame
