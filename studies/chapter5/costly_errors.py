@@ -25,6 +25,8 @@ from studies.chapter5.headroom import NOTHING, RANDOM, SPECIFIC, TRUTH, headroom
 from studies.chapter5.run_page import run_page
 from studies.chapter5.telling_measures import IN_REACH, PRECISION, telling_rows
 
+Row = Mapping[str, Any]
+"""A row of the result, as JSON has it."""
 _BOTH = "both"
 _SEEN = {
     TRUTH: "the truth",
@@ -41,78 +43,92 @@ def page(found: Mapping[str, Any], command: str) -> str:
         found: ``scenarios``, how many; rows of ``headroom``, ``errors`` and ``measures``.
         command: The command that made it.
     """
-    lines = [
-        "# Which errors cost safety?",
-        "",
-        f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
-        f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Safe driving in %;"
-        " behind it what is gained, in percentage points, with its 95 % bootstrap interval over"
-        " scenarios.",
+    return "\n".join(
+        [
+            "# Which errors cost safety?",
+            "",
+            f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
+            f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Safe driving in %;"
+            " behind it what is gained, in percentage points, with its 95 % bootstrap interval over"
+            " scenarios.",
+            *_headroom(found["headroom"]),
+            *_corrected(found["errors"]),
+            *_measures(found["measures"]),
+            "",
+        ]
+    )
+
+
+def _headroom(rows: Sequence[Row]) -> list[str]:
+    """Safe driving between what nothing and what the truth lets be planned."""
+    titles = ["what the planner is given", "safe driving", "against the truth", "collisions"]
+    cells = [
+        [
+            _SEEN[row["seen"]],
+            share(row["safe_driving_rate"]),
+            _signed(row) if row["seen"] != TRUTH else "",
+            share(row["collision_rate"]),
+            *(share(row["by_intention"][intention]) for intention in Intention),
+        ]
+        for row in rows
+    ]
+    return [
         "",
         "## Headroom",
         "",
-        *markdown_table(
-            [
-                "what the planner is given",
-                *("safe driving", "against the truth", "collisions"),
-                *map(str, Intention),
-            ],
-            [
-                [
-                    _SEEN[row["seen"]],
-                    share(row["safe_driving_rate"]),
-                    _signed(row) if row["seen"] != TRUTH else "",
-                    share(row["collision_rate"]),
-                    *(share(row["by_intention"][intention]) for intention in Intention),
-                ]
-                for row in found["headroom"]
-            ],
-        ),
+        *markdown_table([*titles, *map(str, Intention)], cells),
         "",
         "Behind the collisions, safe driving by intention. The ghost is the box that patches are"
         " trained for, where those of the run stood: a patch that always works, and spoils nothing"
         " else.",
+    ]
+
+
+def _corrected(rows: Sequence[Row]) -> list[str]:
+    """What correcting one kind of error gains, a line for each detector and attack."""
+    cells: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
+        rate = share(row["safe_driving_rate"])
+        text = rate if row["corrected"] == AS_FOUND else f"{rate}, {_signed(row)}"
+        cells.setdefault(names, []).append(text)
+    titles = ["detector", "attack", AS_FOUND, *(f"{name} corrected" for name in CORRECTED[1:])]
+    return [
         "",
         "## Errors corrected",
         "",
-    ]
-    cells: dict[tuple[str, str], list[str]] = {}
-    for row in found["errors"]:
-        names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
-        rate = share(row["safe_driving_rate"])
-        said = rate if row["corrected"] == AS_FOUND else f"{rate}, {_signed(row)}"
-        cells.setdefault(names, []).append(said)
-    columns = ["detector", "attack", AS_FOUND, *(f"{name} corrected" for name in CORRECTED[1:])]
-    lines += [
-        *markdown_table(columns, [[*names, *own] for names, own in cells.items()]),
+        *markdown_table(titles, [[*names, *own] for names, own in cells.items()]),
         "",
         "Ghosts: boxes that stand for nothing real are dropped. Misses: real objects that no box"
         f" means, with an overlap of {SAME:g} from above, are added, those too that the detector"
         " does not look for. Places: boxes that mean a real object are moved to where it is.",
+    ]
+
+
+def _measures(rows: Sequence[Row]) -> list[str]:
+    """How far measures of perception go with safe driving."""
+    titles = ["measure", "detector", "attacks", "ρ with safe driving", f"more than of {PRECISION}"]
+    cells = [
+        [
+            row["measure"],
+            _BOTH if row["detector"] == _BOTH else detector_name(row["detector"]),
+            str(row["attacks"]),
+            interval(row["rho"], row["interval"], 2),
+            "" if row["measure"] == PRECISION else _signed(row, "more", 2),
+        ]
+        for row in rows
+    ]
+    return [
         "",
         "## Which measure of perception predicts safety?",
         "",
-        *markdown_table(
-            ["measure", "detector", "attacks", "ρ with safe driving", f"more than of {PRECISION}"],
-            [
-                [
-                    row["measure"],
-                    _BOTH if row["detector"] == _BOTH else detector_name(row["detector"]),
-                    str(row["attacks"]),
-                    interval(row["rho"], row["interval"], 2),
-                    "" if row["measure"] == PRECISION else _signed(row, "more", 2),
-                ]
-                for row in found["measures"]
-            ],
-        ),
+        *markdown_table(titles, cells),
         "",
         "Spearman’s rank correlation, over perturbations and patches, of what an attack takes of"
         " the measure and of safe driving, with 95 % bootstrap intervals over scenarios. Cars"
         f" found: a box overlaps them by more than {SAME:g} from above; in reach: up to"
         f" {IN_REACH:g} m away.",
-        "",
     ]
-    return "\n".join(lines)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -137,7 +153,7 @@ def _measured(run: RunFolder) -> dict[str, Any]:
     }
 
 
-def _signed(row: Mapping[str, Any], name: str = "gain", digits: int = 1) -> str:
+def _signed(row: Row, name: str = "gain", digits: int = 1) -> str:
     said = interval(row[name], row[f"{name}_interval"], digits)
     return f"+{said}" if row[name] is not None and row[name] >= 0 else said
 

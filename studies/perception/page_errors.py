@@ -34,6 +34,19 @@ _ERRORS = {
 def reasons(scores: Mapping[str, Any]) -> list[str]:
     """What is found at all, how far off it is, and what correcting that would give."""
     detectors = scores["detectors"]
+    return [
+        "## Why precision is lost",
+        "",
+        *_seen_and_errors(detectors),
+        "",
+        *_corrected(detectors),
+        "",
+        " ".join(_costliest(name, figures["corrected"]) for name, figures in detectors.items()),
+    ]
+
+
+def _seen_and_errors(detectors: Mapping[str, Any]) -> list[str]:
+    """Two tables, a line for each detector and range of distance that holds cars."""
     seen, errors = [], []
     for name, figures in detectors.items():
         for part in figures["errors"]:
@@ -43,30 +56,7 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
             seen.append([*head, share(part["seen"]), *map(share, part["overlap"].values())])
             cells = [_error(part["errors"][kind], unit) for kind, (_, unit) in _ERRORS.items()]
             errors.append([*head[:2], *cells, share(part["reversed"])])
-    kinds = [
-        [
-            title,
-            *(
-                number(figures["corrected"][kind][metric], 1)
-                for figures in detectors.values()
-                for metric in ("3d", "bev")
-            ),
-        ]
-        for kind, title in _KINDS.items()
-    ]
-    remarks = []
-    for name, figures in detectors.items():
-        before = figures["corrected"]["nothing"]["3d"]
-        best = max(_SINGLE, key=lambda kind, of=figures: of["corrected"][kind]["3d"])  # type: ignore[misc]
-        left = 100 - figures["corrected"]["all but misses"]["3d"]
-        remarks.append(
-            f"Of single errors of `{name}`, most is lost by {_lost(best)}:"
-            f" {before:.1f} would be {figures['corrected'][best]['3d']:.1f}."
-            f" Cars that it does not see cost {left:.1f}."
-        )
     return [
-        "## Why precision is lost",
-        "",
         "How many of the cars to find (moderate) are seen in the image (boxes share half), and how"
         " many any detection overlaps from above by more than so much; all detections count,"
         " however unsure.",
@@ -83,18 +73,41 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
              "reversed, %"],
             errors,
         ),
-        "",
+    ]  # fmt: skip
+
+
+def _corrected(detectors: Mapping[str, Any]) -> list[str]:
+    """A table of the precision with one kind of error corrected, a line for each kind."""
+    places = {"3d": "in space", "bev": "from above"}
+    titles = [f"`{name}` {where}" for name in detectors for where in places.values()]
+    kinds = [
+        [
+            title,
+            *(
+                number(figures["corrected"][kind][metric], 1)
+                for figures in detectors.values()
+                for metric in places
+            ),
+        ]
+        for kind, title in _KINDS.items()
+    ]
+    return [
         "What AP11 (moderate, IoU 0.7) would be if one kind of error were corrected by the labels"
         " and all else stayed:",
         "",
-        *markdown_table(
-            ["corrected", *(f"`{name}` {where}" for name in detectors for where in
-                         ("in space", "from above"))],
-            kinds,
-        ),
-        "",
-        " ".join(remarks),
-    ]  # fmt: skip
+        *markdown_table(["corrected", *titles], kinds),
+    ]
+
+
+def _costliest(name: str, corrected: Mapping[str, Mapping[str, float]]) -> str:
+    """A detector's costliest single error, and the price of the cars that it misses."""
+    precision = {kind: metrics["3d"] for kind, metrics in corrected.items()}
+    best = max(_SINGLE, key=precision.__getitem__)
+    return (
+        f"Of single errors of `{name}`, most is lost by {_lost(best)}:"
+        f" {precision['nothing']:.1f} would be {precision[best]:.1f}."
+        f" Cars that it does not see cost {100 - precision['all but misses']:.1f}."
+    )
 
 
 def examples(scores: Mapping[str, Any]) -> list[str]:
