@@ -13,11 +13,17 @@ from typing import Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.text_files import write_text
 from studies.answer import exit_code
-from studies.chapter3.real_impact import IMAGE_DETECTORS, LIDAR_DETECTORS
+from studies.chapter3.real_frames_result import (
+    DetectionOnFrame,
+    ImageImpact,
+    RealFramesResult,
+    ScanImpact,
+)
 
 _CRITERIA = {"any": "all four shares", "error": "E alone (the thesis’)"}
 _SENSORS = {"S0": "LiDAR", "S1": "camera 3", "S2": "camera 2"}
@@ -36,62 +42,29 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
     Args:
         result: The result of `studies.chapter3.real_frames.run`.
     """
-    rate, draws, fitted = 100 * result["rate"], result["draws"], result["fitted"]
+    read = RealFramesResult.of(result)
     lines = [
         "# Attacks on real frames of KITTI",
         "",
-        f"Made by `{_COMMAND}`, shown by its `real_frames_page`. The thesis’ attacks, {draws} draws"
-        " of each on every frame; in brackets: 95 % intervals, of detectors widened by what the"
-        " draws on one frame have in common.",
+        f"Made by `{_COMMAND}`, shown by its `real_frames_page`. The thesis’ attacks, {read.draws}"
+        " draws of each on every frame; in brackets: 95 % intervals, of detectors widened by what"
+        " the draws on one frame have in common.",
     ]
-    for id, found in result["frames"].items():
-        lines += ["", f"## {id}: what LiDAR and two cameras detect, r = {rate:g} %", ""]
-        rows = [
-            [
-                " and ".join(_SENSORS[sensor] for sensor in case.split("+")),
-                *(_share(shares[criterion]) for criterion in _CRITERIA),
-            ]
-            for case, shares in found["cases"].items()
-        ]
-        rows.append(
-            ["no attack", *(_alarm(found["false_alarm"][criterion]) for criterion in _CRITERIA)]
-        )
-        titles = [f"detected by {words}, %" for words in _CRITERIA.values()]
-        lines += markdown_table(["attacked", *titles], rows)
+    for id, found in read.frames.items():
+        title = f"## {id}: what LiDAR and two cameras detect, r = {100 * read.rate:g} %"
+        lines += ["", title, "", *_detected(found)]
     lines += [
         "",
-        f"Thresholds come from {fitted['frames']} frames of the procedural suite"
-        f" `{fitted['suite']}`, of KITTI’s own rig, since too few real frames are at hand: with"
+        f"Thresholds come from {read.fitted_frames} frames of the procedural suite"
+        f" `{read.suite}`, of KITTI’s own rig, since too few real frames are at hand: with"
         " fewer than 1 / r frames they are the largest clean values. A bogus return behind what"
         " the cameras see as a surface, or where they see none, is missed.",
         "",
         "## What detectors are led to see",
         "",
-    ]
-    rows = []
-    for name in LIDAR_DETECTORS:
-        if (found := result["impact"][name]) is None:
-            continue
-        thesis = f" *{number(100 * TAKEN_FOR_AN_OBSTACLE, 1)}*" if name == "pixor" else ""
-        taken = _share(found["taken"]) + thesis
-        row = [_DETECTORS[name], str(len(found["frames"])), taken, _share(found["already"])]
-        cars = (found.get(key) for key in ("car_taken", "car_already"))
-        rows.append([*row, *map(_share, cars)])
-    titles = ["frames", "a bogus return is an obstacle, %", "one was there without it, %"]
-    titles += ["a pasted car is an obstacle, %", "one was there without it, %"]
-    lines += [*markdown_table(["scans by", *titles], rows), ""]
-    rows = []
-    for name in IMAGE_DETECTORS:
-        if (found := result["impact"][name]) is None:
-            continue
-        wrong = (found[key] for key in ("false_alarms", "false_alarms_attacked"))
-        shares = (_share(found[key]) for key in ("found", "found_attacked"))
-        row = [_DETECTORS[name], str(len(found["frames"])), *shares]
-        rows.append([*row, *(number(count, 2) for count in wrong)])
-    titles = ["frames", "cars found, %", "under a facula, %"]
-    titles += ["false alarms an image", "under a facula"]
-    lines += markdown_table(["images by", *titles], rows)
-    lines += [
+        *_led_to_see_in_scans(read.scans),
+        "",
+        *_led_to_see_in_images(read.images),
         "",
         "Cars: moderate ones, IoU 0.5; pasted: scans of real cars, cut out of other frames, where"
         " the bogus return was, which hide what is behind them; the same few cars on all frames,"
@@ -104,11 +77,50 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _share(share: Mapping[str, Any] | None) -> str:
-    if share is None or share["rate"] is None:
+def _detected(found: DetectionOnFrame) -> list[str]:
+    """A line for each set of attacked sensors, and one for the unattacked frame."""
+    rows = [
+        [
+            " and ".join(_SENSORS[sensor] for sensor in case.split("+")),
+            *(_share(shares[criterion]) for criterion in _CRITERIA),
+        ]
+        for case, shares in found.cases.items()
+    ]
+    rows.append(["no attack", *(_alarm(found.false_alarm[criterion]) for criterion in _CRITERIA)])
+    titles = [f"detected by {words}, %" for words in _CRITERIA.values()]
+    return markdown_table(["attacked", *titles], rows)
+
+
+def _led_to_see_in_scans(impact: Mapping[str, ScanImpact]) -> list[str]:
+    """A line for each detector of scans."""
+    rows = []
+    for name, found in impact.items():
+        thesis = f" *{number(100 * TAKEN_FOR_AN_OBSTACLE, 1)}*" if name == "pixor" else ""
+        cars = _share(found.car_taken), _share(found.car_already)
+        taken, already = _share(found.taken) + thesis, _share(found.already)
+        rows.append([_DETECTORS[name], str(found.frames), taken, already, *cars])
+    titles = ["frames", "a bogus return is an obstacle, %", "one was there without it, %"]
+    titles += ["a pasted car is an obstacle, %", "one was there without it, %"]
+    return markdown_table(["scans by", *titles], rows)
+
+
+def _led_to_see_in_images(impact: Mapping[str, ImageImpact]) -> list[str]:
+    """A line for each detector of images."""
+    rows = []
+    for name, found in impact.items():
+        shares = _share(found.found), _share(found.found_attacked)
+        wrong = number(found.false_alarms, 2), number(found.false_alarms_attacked, 2)
+        rows.append([_DETECTORS[name], str(found.frames), *shares, *wrong])
+    titles = ["frames", "cars found, %", "under a facula, %"]
+    titles += ["false alarms an image", "under a facula"]
+    return markdown_table(["images by", *titles], rows)
+
+
+def _share(share: Share | None) -> str:
+    if share is None or share.rate is None or share.interval is None:
         return UNKNOWN
-    low, high = (number(100 * bound, 1) for bound in share["interval"])
-    return f"{number(100 * share['rate'], 1)} [{low}, {high}]"
+    low, high = (number(100 * bound, 1) for bound in share.interval)
+    return f"{number(100 * share.rate, 1)} [{low}, {high}]"
 
 
 def _alarm(raised: bool) -> str:
