@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -60,18 +61,8 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
             path=path,
             remedy="Write CommonRoad 2020a XML, with at least one planningProblem.",
         ) from error
-    # The planning problem, and what the format has no place for.
-    known = problems.planning_problem_dict
-    if not known or (problem_id is not None and problem_id not in known):
-        asked = "any" if problem_id is None else f"the planning problem {problem_id}"
-        raise DataError(
-            f"the file does not hold {asked} planning problem."
-            if problem_id is None
-            else f"the file does not hold {asked}; it has {sorted(known)}.",
-            path=path,
-            remedy="Add a planningProblem element, or name one that is there.",
-        )
-    problem = known[next(iter(known)) if problem_id is None else problem_id]
+    problem = _asked_problem(problems.planning_problem_dict, problem_id, path)
+    # What the format has no place for.
     notes = _notes(scenario.source)
     # Our classes are stricter: what they refuse is an error of the file.
     try:
@@ -101,6 +92,19 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
             path=path,
             remedy="States need exact, finite values; obstacles need a shape and a trajectory.",
         ) from error
+
+
+def _asked_problem(known: Mapping[int, Any], asked: int | None, path: Path) -> Any:
+    """The planning problem of that number; of None, the first."""
+    if not known or (asked is not None and asked not in known):
+        raise DataError(
+            "the file does not hold any planning problem."
+            if asked is None
+            else f"the file does not hold the planning problem {asked}; it has {sorted(known)}.",
+            path=path,
+            remedy="Add a planningProblem element, or name one that is there.",
+        )
+    return known[next(iter(known)) if asked is None else asked]
 
 
 _IN_BOUNDS = "Correct the number; lengths are in m, angles in rad, times in steps."

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy as np
 from avsec_gym.errors import DataError
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.commonroad.format import MARK, import_quietly, points_of
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.planning_scenario import Goal, Lanelet, Obstacles, PlanningScenario
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 
 _DECIMALS = 30
@@ -72,62 +73,17 @@ def write_commonroad(
 def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
     """The scenario as commonroad-io's ``Scenario`` and ``PlanningProblemSet``."""
     import_quietly()
-    from commonroad.common.util import AngleInterval, Interval
-    from commonroad.planning.goal import GoalRegion
     from commonroad.planning.planning_problem import PlanningProblem, PlanningProblemSet
-    from commonroad.scenario.lanelet import Lanelet as CommonRoadLanelet
-    from commonroad.scenario.lanelet import LaneletNetwork, LaneletType
+    from commonroad.scenario.lanelet import LaneletNetwork
     from commonroad.scenario.scenario import Scenario, ScenarioID
-    from commonroad.scenario.state import CustomState, InitialState
+    from commonroad.scenario.state import InitialState
 
-    # Lanelets, with bounds that CommonRoad pairs point by point.
     document = Scenario(scenario.dt, ScenarioID.from_benchmark_id("ZAM_Avsec-1_1_T-1", "2020a"))
-    lanelets = []
-    for lanelet in scenario.road.lanelets:
-        left, right = np.array(lanelet.left), np.array(lanelet.right)
-        if left.shape != right.shape:
-            raise DataError(
-                f"lanelet {lanelet.id} has {len(left)} points on its left bound and {len(right)}"
-                " on its right; CommonRoad pairs them.",
-                remedy="Sample both bounds equally often.",
-            )
-        lanelets.append(
-            CommonRoadLanelet(
-                left,
-                0.5 * (left + right),
-                right,
-                lanelet.id,
-                predecessor=list(lanelet.predecessors),
-                successor=list(lanelet.successors),
-                adjacent_left=lanelet.adjacent_left[0] if lanelet.adjacent_left else None,
-                adjacent_left_same_direction=(
-                    lanelet.adjacent_left[1] if lanelet.adjacent_left else None
-                ),
-                adjacent_right=lanelet.adjacent_right[0] if lanelet.adjacent_right else None,
-                adjacent_right_same_direction=(
-                    lanelet.adjacent_right[1] if lanelet.adjacent_right else None
-                ),
-                lanelet_type={LaneletType(name) for name in lanelet.types},
-            )
-        )
+    lanelets = [_commonroad_lanelet(lanelet) for lanelet in scenario.road.lanelets]
     document.add_objects(LaneletNetwork.create_from_lanelet_list(lanelets))
-    # Obstacles.
     for i in range(len(scenario.obstacles)):
         document.add_objects(_commonroad_obstacle(scenario.obstacles, i))
-    # Goals, and the planning problem under the first number that is free.
-    goal_states, of_lanelets = [], {}
-    for i, goal in enumerate(scenario.goals):
-        state: dict[str, Any] = {"time_step": Interval(*goal.steps)}
-        if goal.region is not None:
-            shape = goal.region[0] if len(goal.region) == 1 else Group(goal.region)  # type: ignore[arg-type]
-            state["position"] = _commonroad_shape(shape)
-        if goal.lanelets:
-            of_lanelets[i] = list(goal.lanelets)
-        if goal.heading is not None:
-            state["orientation"] = AngleInterval(*goal.heading)
-        if goal.velocity is not None:
-            state["velocity"] = Interval(*goal.velocity)
-        goal_states.append(CustomState(**state))
+    # The planning problem, under the first number that is free.
     start = scenario.start
     used = {*scenario.obstacles.ids.tolist(), *(lanelet.id for lanelet in scenario.road.lanelets)}
     problem = PlanningProblem(
@@ -141,9 +97,64 @@ def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
             yaw_rate=0.0,
             slip_angle=0.0,
         ),
-        GoalRegion(goal_states, of_lanelets or None),
+        _commonroad_goals(scenario.goals),
     )
     return document, PlanningProblemSet([problem])
+
+
+def _commonroad_lanelet(lanelet: Lanelet) -> Any:
+    """Its bounds are paired point by point.
+
+    Raises:
+        DataError: One bound has more points than the other.
+    """
+    from commonroad.scenario.lanelet import Lanelet as CommonRoadLanelet
+    from commonroad.scenario.lanelet import LaneletType
+
+    left, right = np.array(lanelet.left), np.array(lanelet.right)
+    if left.shape != right.shape:
+        raise DataError(
+            f"lanelet {lanelet.id} has {len(left)} points on its left bound and {len(right)}"
+            " on its right; CommonRoad pairs them.",
+            remedy="Sample both bounds equally often.",
+        )
+    beside_left = lanelet.adjacent_left or (None, None)
+    beside_right = lanelet.adjacent_right or (None, None)
+    return CommonRoadLanelet(
+        left,
+        0.5 * (left + right),
+        right,
+        lanelet.id,
+        predecessor=list(lanelet.predecessors),
+        successor=list(lanelet.successors),
+        adjacent_left=beside_left[0],
+        adjacent_left_same_direction=beside_left[1],
+        adjacent_right=beside_right[0],
+        adjacent_right_same_direction=beside_right[1],
+        lanelet_type={LaneletType(name) for name in lanelet.types},
+    )
+
+
+def _commonroad_goals(goals: Sequence[Goal]) -> Any:
+    """The goal region: a state for each goal, any of which may be reached."""
+    from commonroad.common.util import AngleInterval, Interval
+    from commonroad.planning.goal import GoalRegion
+    from commonroad.scenario.state import CustomState
+
+    states, of_lanelets = [], {}
+    for i, goal in enumerate(goals):
+        state: dict[str, Any] = {"time_step": Interval(*goal.steps)}
+        if goal.region is not None:
+            shape = goal.region[0] if len(goal.region) == 1 else Group(goal.region)  # type: ignore[arg-type]
+            state["position"] = _commonroad_shape(shape)
+        if goal.lanelets:
+            of_lanelets[i] = list(goal.lanelets)
+        if goal.heading is not None:
+            state["orientation"] = AngleInterval(*goal.heading)
+        if goal.velocity is not None:
+            state["velocity"] = Interval(*goal.velocity)
+        states.append(CustomState(**state))
+    return GoalRegion(states, of_lanelets or None)
 
 
 def _commonroad_shape(shape: Shape) -> Any:
