@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import tyro
@@ -15,6 +16,10 @@ from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.registry import Kind, make
+
+if TYPE_CHECKING:
+    from avsec_gym.kitti.dataset import KittiObject
+    from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
 
 _PAIR, _SCAN, _IMAGE = ("image_2", "image_3"), ("velodyne",), ("image_2",)
 _LOOKS_AT = {
@@ -83,13 +88,7 @@ class WeightsCalibrate:
                 f"There is no labelled frame with {' and '.join(looks_at)}.", path=self.kitti
             )
         # Detections of all frames, and which of them are cars.
-        found, evidence = [], []
-        with console.progress("detecting") as shown:
-            for done, id in enumerate(ids, start=1):
-                boxes, known = _evidenced(detector, data.frame(id))
-                found.append(boxes)
-                evidence.append(known)
-                shown(done, len(ids))
+        found, evidence = _evidenced_in_all(detector, data, ids)
         labels = [data.labels(id, keep_dont_care=True) for id in ids]
         seen = IN_IMAGE if kind == Kind.IMAGE_DETECTOR else FROM_ABOVE
         rows, right, wrong = boxes_right_and_wrong(labels, found, seen)
@@ -99,23 +98,41 @@ class WeightsCalibrate:
         line = fit_score_calibration(scores, right, wrong, beside)
         card.beside[NAME] = [line.slope, line.offset, *line.evidence]
         write_card(self.file, card)
+        self._report(line, frames=len(ids), right=int(right.sum()), wrong=int(wrong.sum()))
+        return console.DONE
+
+    def _report(self, line: ScoreCalibration, *, frames: int, right: int, wrong: int) -> None:
+        """Print the fitted line, and what it was fitted on."""
         summary = {
             "slope": line.slope,
             "offset": line.offset,
             "evidence": line.evidence,
-            "frames": len(ids),
-            "right": int(right.sum()),
-            "wrong": int(wrong.sum()),
+            "frames": frames,
+            "right": right,
+            "wrong": wrong,
         }
         if self.json:
             console.print_json("weights.calibrate", summary)
         else:
             console.say(
-                f"{self.file}: by {summary['right']} cars and {summary['wrong']} false alarms in"
-                f" {len(ids)} frames, log-odds x {line.slope:.3f} {line.offset:+.3f}"
+                f"{self.file}: by {right} cars and {wrong} false alarms in"
+                f" {frames} frames, log-odds x {line.slope:.3f} {line.offset:+.3f}"
                 + "".join(f" {weight:+.3f}" for weight in line.evidence)
             )
-        return console.DONE
+
+
+def _evidenced_in_all(
+    detector: Any, data: KittiObject, ids: Sequence[str]
+) -> tuple[list[Boxes3D], list[Floats]]:
+    """`_evidenced` of each frame, with progress on the console."""
+    found, evidence = [], []
+    with console.progress("detecting") as shown:
+        for done, id in enumerate(ids, start=1):
+            boxes, known = _evidenced(detector, data.frame(id))
+            found.append(boxes)
+            evidence.append(known)
+            shown(done, len(ids))
+    return found, evidence
 
 
 def _evidenced(detector: Any, frame: SensorFrame) -> tuple[Boxes3D, Floats]:

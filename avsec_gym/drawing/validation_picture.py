@@ -18,6 +18,7 @@ from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import SHARES, Validation
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from avsec_gym.validation.repair.damage import Damage
@@ -55,14 +56,7 @@ def draw_validation(
     """
     from matplotlib.figure import Figure
 
-    # The triples to show, those that raised the alarm first.
-    maps = validation.errors.maps
-    system, frame = maps.system, maps.frame
-    known = validation.errors.known
-    last = max((k for _, _, k in known), default=len(system) - 1)
-    beyond = {comparison.triple: None for comparison in validation.exceeded}
-    triples = [*beyond, *(each for each in sorted(known) if each[2] == last and each not in beyond)]
-    triples = triples[:_MOST_TRIPLES]
+    system, triples = validation.errors.maps.system, _triples_to_show(validation)
     rows = max(len(system), len(triples))
     figure = Figure(
         figsize=(12, 0.3 + 2.3 * rows), dpi=100, facecolor="white", layout="constrained"
@@ -73,35 +67,55 @@ def draw_validation(
     panels = figure.subplots(rows, 2, squeeze=False)
     for axes in panels.flat:
         axes.set_axis_off()
-    # Left: a picture of each sensor.
     for axes, sensor in zip(panels[:, 0], system.sensors, strict=False):
-        status = validation.statuses[sensor]
-        title = f"{named(sensor)}: {status}"
-        found = (damage or {}).get(sensor)
-        if found is not None:
-            title += f", {damage_in_words(found.row)}"
-        if validation.probabilities is not None:
-            title += f", P(attacked) = {validation.probabilities[sensor]:.3f}"
-        camera = system.reference if sensor == LIDAR else int(sensor)
-        image = frame.image(camera)
-        if sensor == LIDAR:
-            image = points_in_image(image, frame, camera)
-        axes.imshow(image if found is None else _marked(image, found, frame, camera))
-        axes.set_title(title, loc="left", fontsize=9, color=_MARKS[status])
-    # Right: a picture of each triple.
+        _draw_sensor(axes, validation, sensor, (damage or {}).get(sensor))
     for axes, triple in zip(panels[:, 1], triples, strict=False):
-        i, j, k = triple
-        compared = comparison_map(maps[i, k], maps[j, k])
-        sparse = system.sensors[i] == LIDAR
-        axes.imshow(compared_picture(frame.image(int(system.sensors[k])), compared, sparse))
-        axes.set_title(
-            f"{compared_in_words([system.sensors[number] for number in triple])}\n"
-            + _shares_in_words(validation, triple),
-            loc="left",
-            fontsize=9,
-            color=_MARKS[SensorStatus.ATTACKED if triple in beyond else SensorStatus.SOUND],
-        )
+        _draw_triple(axes, validation, triple)
     return figure
+
+
+def _triples_to_show(validation: Validation) -> list[Triple]:
+    """Those that raised the alarm, then those of the reference."""
+    known = validation.errors.known
+    last = max((k for _, _, k in known), default=len(validation.errors.maps.system) - 1)
+    beyond = {comparison.triple: None for comparison in validation.exceeded}
+    others = (each for each in sorted(known) if each[2] == last and each not in beyond)
+    return [*beyond, *others][:_MOST_TRIPLES]
+
+
+def _draw_sensor(axes: Axes, validation: Validation, sensor: Sensor, damage: Damage | None) -> None:
+    """What a sensor sees, its damage marked, under its status."""
+    system, frame = validation.errors.maps.system, validation.errors.maps.frame
+    status = validation.statuses[sensor]
+    title = f"{named(sensor)}: {status}"
+    if damage is not None:
+        title += f", {damage_in_words(damage.row)}"
+    if validation.probabilities is not None:
+        title += f", P(attacked) = {validation.probabilities[sensor]:.3f}"
+    camera = system.reference if sensor == LIDAR else int(sensor)
+    image = frame.image(camera)
+    if sensor == LIDAR:
+        image = points_in_image(image, frame, camera)
+    axes.imshow(image if damage is None else _marked(image, damage, frame, camera))
+    axes.set_title(title, loc="left", fontsize=9, color=_MARKS[status])
+
+
+def _draw_triple(axes: Axes, validation: Validation, triple: Triple) -> None:
+    """Where the two maps of a triple agree, under its shares."""
+    maps = validation.errors.maps
+    sensors = maps.system.sensors
+    i, j, k = triple
+    compared = comparison_map(maps[i, k], maps[j, k])
+    image = maps.frame.image(int(sensors[k]))
+    axes.imshow(compared_picture(image, compared, sensors[i] == LIDAR))
+    raised = any(comparison.triple == triple for comparison in validation.exceeded)
+    axes.set_title(
+        f"{compared_in_words([sensors[number] for number in triple])}\n"
+        + _shares_in_words(validation, triple),
+        loc="left",
+        fontsize=9,
+        color=_MARKS[SensorStatus.ATTACKED if raised else SensorStatus.SOUND],
+    )
 
 
 def save_validation_picture(

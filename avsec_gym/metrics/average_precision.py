@@ -171,15 +171,7 @@ def average_precision(
         ConfigurationError: The frames do not fit together, boxes lack 2D boxes, or a class has no
             threshold.
     """
-    if len(truth) != len(detections) or not len(truth):
-        raise ConfigurationError(
-            f"average precision compares one or more frames with as many: {len(truth)} frames"
-            f" have labels, {len(detections)} detections"
-        )
-    if unknown := [name for name in classes if name not in min_iou]:
-        raise ConfigurationError(
-            f"min_iou has no threshold for {', '.join(unknown)}; known: {', '.join(min_iou)}"
-        )
+    _check_arguments(len(truth), len(detections), classes, min_iou)
     # Once for all: pooled boxes, their overlaps, and the frames of each resample.
     labels, found = pooled(truth, "labels"), pooled(detections, "detections")
     common = overlaps(labels, found)
@@ -225,6 +217,18 @@ def average_precision(
                     drawn[number, place, level] = again[:, row]
     thresholds = np.array([(*min_iou[name], min_iou[name][0]) for name in classes])
     return AveragePrecision(tuple(classes), thresholds, to_find, precision, drawn)
+
+
+def _check_arguments(labelled: int, detected: int, classes: Sequence[str], min_iou: MinIou) -> None:
+    if labelled != detected or not labelled:
+        raise ConfigurationError(
+            f"average precision compares one or more frames with as many: {labelled} frames"
+            f" have labels, {detected} detections"
+        )
+    if unknown := [name for name in classes if name not in min_iou]:
+        raise ConfigurationError(
+            f"min_iou has no threshold for {', '.join(unknown)}; known: {', '.join(min_iou)}"
+        )
 
 
 def _orientation_is_known(
