@@ -5,25 +5,20 @@ Run ``python -m studies.chapter3.real_frames_page RESULT.json --out PAGE.md``.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
-from avsec_gym.storage.json_files import read_json
-from avsec_gym.storage.text_files import write_text
-from studies.answer import exit_code
 from studies.chapter3.real_frames_result import (
     DetectionOnFrame,
     ImageImpact,
     RealFramesResult,
     ScanImpact,
 )
+from studies.page_of_result import page_of_result
 
 _CRITERIA = {"any": "all four shares", "error": "E alone (the thesis’)"}
 _SENSORS = {"S0": "LiDAR", "S1": "camera 3", "S2": "camera 2"}
@@ -129,21 +124,9 @@ def _alarm(raised: bool) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("result", type=Path, help="of real_frames, as JSON")
-    parser.add_argument("--out", type=Path, required=True, help="the page")
-    options = parser.parse_args(arguments)
-
-    def work() -> None:
-        try:
-            page = real_frames_page(read_json(options.result, remedy=_COMMAND))
-        except (ValueError, KeyError, TypeError) as error:
-            raise DataError(
-                "This is no result of real_frames.", path=options.result, remedy=_COMMAND
-            ) from error
-        write_text(options.out, page, overwrite=True)
-
-    return exit_code(work)
+    return page_of_result(
+        arguments, real_frames_page, maker="real_frames", what=__doc__, remedy=_COMMAND
+    )
 
 
 if __name__ == "__main__":
