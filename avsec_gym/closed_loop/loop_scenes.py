@@ -19,7 +19,8 @@ from avsec_gym.scenario.frame_scenes import frame_scenes
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
-from avsec_gym.scenario.scene_sets import LAYOUTS, SceneSet, scene_set
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import LAYOUTS, scene_set
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
     from avsec_gym.evaluation.rates import Detected, DrivingSafety
     from avsec_gym.planners.planner import Planner
-    from avsec_gym.scenario.scene_sets import SceneSet
+    from avsec_gym.scenario.scene_set import SceneSet
 
 
 @dataclass(frozen=True)

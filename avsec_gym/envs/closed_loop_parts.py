@@ -32,7 +32,8 @@ from avsec_gym.pipeline import Pipeline
 from avsec_gym.registry import Kind, check, make
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_arguments import scene_arguments
-from avsec_gym.scenario.scene_sets import LAYOUTS, SceneSet
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import LAYOUTS
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source

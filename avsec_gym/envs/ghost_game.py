@@ -42,7 +42,8 @@ from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_arguments import scene_arguments
-from avsec_gym.scenario.scene_sets import SceneSet, scene_set
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import scene_set
 
 _NO_SENSORS = "nothing is sensed here, the attacker changes what is detected"
 OBJECT_LEVEL = {

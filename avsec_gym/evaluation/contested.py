@@ -20,7 +20,8 @@ from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Planner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from avsec_gym.scenario.scene_sets import SceneSet, scene_of_layout
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import scene_of_layout
 from avsec_gym.world.export.data_set import Progress
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.suites import LayoutFrames

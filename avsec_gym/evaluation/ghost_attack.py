@@ -18,7 +18,7 @@ from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
-from avsec_gym.scenario.scene_sets import SceneSet
+from avsec_gym.scenario.scene_set import SceneSet
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,8 @@ from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planne
 from avsec_gym.scenario.given_scene import AS_GIVEN, GivenScene
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from avsec_gym.scenario.scene_sets import WITHOUT_CARS, SceneSet
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import WITHOUT_CARS
 
 GROUND_TRUTH, DETECTIONS = "ground_truth", "detections"
 """Inputs of the planner."""

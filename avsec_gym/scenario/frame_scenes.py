@@ -25,12 +25,8 @@ from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_arguments import scene_arguments
-from avsec_gym.scenario.scene_sets import (
-    MIXED_CONTESTED,
-    SceneSet,
-    labelled_scenarios,
-    labelled_scene,
-)
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import MIXED_CONTESTED, labelled_scenarios, labelled_scene
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,10 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.label_folders import frame_ids, other_names
 from avsec_gym.kitti.labels import DONT_CARE, read_labels
 from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.given_scene import AS_GIVEN, GivenScene
-from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.commonroad_scenes import commonroad_folder
 from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene_set import SceneSet, collected
 from avsec_gym.storage.regular_files import is_file, is_folder
 from avsec_gym.unknown_source import unknown_source
 from avsec_gym.world.layouts import SceneLayout, generate_layouts
@@ -43,64 +43,6 @@ _PARTS = (
     ("road_dynamic_label", "road_dynamic_annotation", DYNAMIC_HIGHWAY, RoadType.HIGHWAY),
     ("nocar", None, WITHOUT_CARS, RoadType.STREET),
 )
-
-
-@dataclass(frozen=True, eq=False)
-class SceneSet:
-    """Scenes in order of their ids, and remarks from reading them."""
-
-    name: str
-    scenes: tuple[Scene | GivenScene, ...]
-    remarks: tuple[str, ...] = ()
-    skipped: int = 0
-    """Files that were left out because they are broken; each has its remark."""
-    intentions: Mapping[str, frozenset[Intention]] | None = None
-    """The driving intentions that count in each scene, by its id; None: all."""
-
-    def plays(self, id: str, intention: Intention) -> bool:
-        """Whether an intention counts in a scene."""
-        return self.intentions is None or intention in self.intentions[id]
-
-    def driven(self, way: str) -> tuple[Scene | GivenScene, ...]:
-        """The scenes that are driven with an intention, or with the goals that they give.
-
-        Args:
-            way: An intention, or `AS_GIVEN`.
-        """
-        if self.intentions is None or way == AS_GIVEN:
-            return self.scenes
-        return tuple(scene for scene in self.scenes if self.plays(scene.id, Intention(way)))
-
-    def __len__(self) -> int:
-        return len(self.scenes)
-
-    @property
-    def labelled(self) -> tuple[Scene, ...]:
-        """The scenes, which all have labelled objects.
-
-        Raises:
-            ConfigurationError: One is given as a finished planning problem.
-        """
-        scenes = tuple(scene for scene in self.scenes if isinstance(scene, Scene))
-        if len(scenes) < len(self.scenes):
-            raise ConfigurationError(
-                f"{self.name} holds planning problems of CommonRoad files; this needs scenes with"
-                " labelled objects, such as 'layouts' or a folder of KITTI labels"
-            )
-        return scenes
-
-    def without(self, errors: Mapping[str, DataError]) -> SceneSet:
-        """The set without scenes that something is broken for, which is reported."""
-        return replace(
-            self,
-            scenes=tuple(scene for scene in self.scenes if scene.id not in errors),
-            remarks=(*self.remarks, *(f"left out: {error}" for error in errors.values())),
-            skipped=self.skipped + len(errors),
-        )
-
-    def limited(self, count: int | None) -> SceneSet:
-        """The first scenes only."""
-        return self if count is None else replace(self, scenes=self.scenes[:count])
 
 
 def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
@@ -138,7 +80,7 @@ def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
             path=root,
             remedy=f"Expected one of {', '.join(part[0] for part in _PARTS)}.",
         )
-    return _collected(root.name, sorted(scenes, key=lambda scene: scene.id), remarks, errors)
+    return collected(root.name, sorted(scenes, key=lambda scene: scene.id), remarks, errors)
 
 
 def label_folder(
@@ -189,7 +131,7 @@ def label_folder(
             path=folder,
             remedy="Label files are named by their frame, such as 000107.txt.",
         )
-    return _collected(folder.name, scenes, remarks, errors)
+    return collected(folder.name, scenes, remarks, errors)
 
 
 def procedural_scenes(count: int = 200, *, seed: int = 0) -> SceneSet:
@@ -213,38 +155,6 @@ def scene_of_layout(layout: SceneLayout, seed: int = 0) -> Scene:
         number=layout.index,
         group=str(layout.road_type),
     )
-
-
-def commonroad_folder(folder: str | Path) -> SceneSet:
-    """Scenes that CommonRoad files give; broken files are left out and reported.
-
-    Raises:
-        DataError: No file can be read.
-    """
-    from avsec_gym.scenario.builder import TIME_STEP
-    from avsec_gym.scenario.commonroad import read_commonroad
-
-    folder = Path(folder)
-    scenes: list[GivenScene] = []
-    errors: list[DataError] = []
-    for path in sorted(folder.glob("*.xml")):
-        try:
-            scenario = read_commonroad(path)
-            if abs(scenario.dt - TIME_STEP) > 1e-9:
-                raise DataError(
-                    f"its time steps have {scenario.dt} s, those of the planner {TIME_STEP} s.",
-                    path=path,
-                )
-            scenes.append(GivenScene(scenario))
-        except DataError as error:
-            errors.append(error)
-    if not scenes and not errors:
-        raise DataError(
-            "the folder holds no CommonRoad file.",
-            path=folder,
-            remedy="Name a folder of CommonRoad 2020a XML files.",
-        )
-    return _collected(folder.name, scenes, [], errors)
 
 
 def scene_set(
@@ -341,7 +251,7 @@ def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet
             scenes.append(_scene(id, boxes, RoadType.STREET, seed, str(RoadType.STREET)))
         except DataError as error:
             errors.append(error)
-    return _collected("kitti", scenes, [], errors)
+    return collected("kitti", scenes, [], errors)
 
 
 def labelled_scene(
@@ -375,19 +285,6 @@ def _unread(folder: Path) -> list[str]:
         f"{len(names)} files of {folder.name} are not named by a frame of six digits and were not"
         f" read, such as {names[0]}"
     ]
-
-
-def _collected(
-    name: str,
-    scenes: Sequence[Scene | GivenScene],
-    remarks: Sequence[str],
-    errors: Sequence[DataError],
-) -> SceneSet:
-    """A set of what could be read; what could not is reported, unless it is everything."""
-    if errors and not scenes:
-        raise errors[0]
-    left_out = [f"left out: {error}" for error in errors]
-    return SceneSet(name, tuple(scenes), (*remarks, *left_out), len(errors))
 
 
 def _scene(id: str, boxes: Boxes3D, road_type: RoadType, seed: int, group: str) -> Scene:

@@ -33,7 +33,8 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion
-from avsec_gym.scenario.scene_sets import WITHOUT_CARS, SceneSet, labelled_scenarios
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import WITHOUT_CARS, labelled_scenarios
 from studies.driving_safety.page import page
 
 BOTH = tuple(Algorithm)

@@ -19,7 +19,8 @@ from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
-from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes, scene_set
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import procedural_scenes, scene_set
 
 
 def driven(env: gym.Env[Any, Any], driver: PlannerDriver, **options: Any) -> dict[str, Any]:

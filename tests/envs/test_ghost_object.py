@@ -23,7 +23,8 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes, scene_set
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import procedural_scenes, scene_set
 
 ID = "avsec/GhostObject-v0"
 

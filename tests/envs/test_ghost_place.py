@@ -25,7 +25,8 @@ from avsec_gym.pipeline import run_episode
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from avsec_gym.scenario.scene_sets import SceneSet, scene_set
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import scene_set
 
 ID = "avsec/GhostObject-v1"
 PLACES = 16

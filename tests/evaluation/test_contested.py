@@ -20,7 +20,8 @@ from avsec_gym.geometry import ego_to_camera
 from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes, scene_set
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import procedural_scenes, scene_set
 
 
 def scene(id: str, *poses: list[float]) -> Scene:

@@ -31,12 +31,8 @@ from avsec_gym.planners.plan import Reason
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
-from avsec_gym.scenario.scene_sets import (
-    WITHOUT_CARS,
-    SceneSet,
-    labelled_scenarios,
-    procedural_scenes,
-)
+from avsec_gym.scenario.scene_set import SceneSet
+from avsec_gym.scenario.scene_sets import WITHOUT_CARS, labelled_scenarios, procedural_scenes
 
 REASONS = {str(reason) for reason in Reason}
 

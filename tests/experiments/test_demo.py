@@ -20,7 +20,7 @@ from avsec_gym.runs.experiment import Configuration, with_defaults
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
-from avsec_gym.scenario.scene_sets import SceneSet
+from avsec_gym.scenario.scene_set import SceneSet
 
 
 @pytest.fixture

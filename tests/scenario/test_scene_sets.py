@@ -17,12 +17,12 @@ from avsec_gym.kitti.labels import read_labels
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import (
     DYNAMIC_HIGHWAY,
     DYNAMIC_STREET,
     STATIC_STREET,
     WITHOUT_CARS,
-    SceneSet,
     flagged,
     label_folder,
     labelled_scenarios,

@@ -14,7 +14,7 @@ from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
 from avsec_gym.runs.experiment import Cell, Configuration, with_defaults
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.scene import Scene
-from avsec_gym.scenario.scene_sets import SceneSet
+from avsec_gym.scenario.scene_set import SceneSet
 
 WITHOUT = "dsgn_without_pyramid"
 

@@ -90,7 +90,7 @@ def test_scenes_of_one_size_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> No
     from avsec_gym.rig import kitti_rig
     from avsec_gym.scenario.frame_scenes import FrameScenes
     from avsec_gym.scenario.scene import Scene
-    from avsec_gym.scenario.scene_sets import SceneSet
+    from avsec_gym.scenario.scene_set import SceneSet
 
     random = np.random.default_rng(0)
     odd = {1: (370, 1224)}
