@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -16,12 +15,10 @@ if TYPE_CHECKING:
     from avsec_gym.drives.drive_folder import DriveFolder
     from avsec_gym.drives.one_drive import DriveTask
     from avsec_gym.drives.setting import DriveSetting
-    from avsec_gym.drives.summary import Mean, SettingSummary
 
 _USUAL_OUT = Path("runs/drive")
 _LAYOUTS, _DRIVES = "layouts", "drives"
 _USUAL_COUNT = {_LAYOUTS: 30, _DRIVES: 10}
-PAGE, SUMMARY, CLIP = "drives.html", "summary.json", "drive"
 
 
 @dataclass(frozen=True)
@@ -95,6 +92,8 @@ class Drive:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.closed_loop.recorded.sources import KITTI_RAW, KITTI_TRACKING
+        from avsec_gym.commands.drive_results import PAGE, DrivePictures, write_drive_results
+        from avsec_gym.commands.drive_table import drive_report, print_settings, steps_per_second
         from avsec_gym.drives.driving import make_drives
         from avsec_gym.drives.summary import by_recording, by_scene, summaries
         from avsec_gym.storage.folder_lock import folder_lock
@@ -116,12 +115,13 @@ class Drive:
             names = [setting.name for setting in settings]
             cluster = by_recording if recorded else by_scene
             summary = summaries(folder.rows.values(), names, cluster)
-            self._write(folder, summary, record)
-        speeds = _speeds(folder, summary)
+            pictures = DrivePictures(self.pictures, self.video, self.rrd)
+            write_drive_results(folder, summary, record, pictures)
+        speeds = steps_per_second(folder, summary)
         if self.json:
-            console.print_json("drive", _report(out, summary, speeds))
+            console.print_json("drive", drive_report(out, summary, speeds))
         else:
-            _print(summary, speeds)
+            print_settings(summary, speeds)
             console.say(f"avsec: {out / PAGE} shows the drives, {out} holds them")
         return console.DONE
 
@@ -256,97 +256,3 @@ class Drive:
                 remedy="Go on with the same ones by --resume, or name another --out.",
             )
         return DriveFolder(out, record)
-
-    def _write(
-        self, folder: DriveFolder, summary: list[SettingSummary], record: dict[str, Any]
-    ) -> None:
-        """The summary, the page, and the clip of the most telling scene."""
-        from avsec_gym.drives.telling import by_scene, good, telling
-        from avsec_gym.json_schemas import with_schema
-        from avsec_gym.report.drives_page import drives_page, shown_drives
-        from avsec_gym.storage.atomic_write import write_bytes
-        from avsec_gym.storage.text_files import write_text
-
-        report = with_schema("drive", {"settings": [each.to_json() for each in summary]})
-        text = json.dumps(report, indent=1, allow_nan=False) + "\n"
-        write_text(folder.out / SUMMARY, text, overwrite=True)
-        page = drives_page(folder, summary, record, self.pictures)
-        write_text(folder.out / PAGE, page, overwrite=True)
-        if not self.pictures:
-            return
-        from avsec_gym.drawing.film_strip import RATE, clip, gif
-
-        scenes = by_scene(folder.rows.values())
-        drives = shown_drives(folder, [*telling(scenes), *good(scenes)][0])
-        if self.video == "mp4":
-            from avsec_gym.drawing.video import mp4
-
-            content = mp4(clip(drives), RATE)
-        else:
-            content = gif(clip(drives))
-        write_bytes(folder.out / f"{CLIP}.{self.video}", content, overwrite=True)
-        if self.rrd:
-            from avsec_gym.drawing.rerun_drives import write_drives_recording
-
-            write_drives_recording(drives, folder.out / f"{CLIP}.rrd")
-
-
-def _speeds(folder: DriveFolder, summary: list[SettingSummary]) -> dict[str, float | None]:
-    """Steps of each setting in a second of one process, planner included."""
-    taken = dict.fromkeys((each.setting for each in summary), 0.0)
-    for id, row in folder.rows.items():
-        taken[row["setting"]] += folder.seconds.get(id, 0.0)
-    return {
-        each.setting: each.steps / taken[each.setting] if taken[each.setting] else None
-        for each in summary
-    }
-
-
-def _report(
-    out: Path, summary: list[SettingSummary], speeds: dict[str, float | None]
-) -> dict[str, Any]:
-    return {
-        "out": str(out),
-        "settings": [
-            {**each.to_json(), "steps_per_second": speeds[each.setting]} for each in summary
-        ],
-    }
-
-
-def _print(summary: list[SettingSummary], speeds: dict[str, float | None]) -> None:
-    console.print_table(
-        f"drives under each setting: {summary[0].drives}; % and means with 95 % intervals",
-        [
-            "setting",
-            "drives",
-            "at-fault collisions",
-            "goal reached",
-            "brakes hard",
-            "NAVSIM score",
-            f"score against {summary[0].setting}",
-            "steps/s",
-        ],
-        [
-            [
-                each.setting,
-                str(each.drives),
-                *(
-                    console.percent(share.rate, list(share.interval or ()) or None)
-                    for share in (each.rates[name] for name in ("at_fault", "goal", "hard_braking"))
-                ),
-                _number(each.navsim_score),
-                _number(each.differences.get("navsim_score")),
-                "–" if (speed := speeds[each.setting]) is None else f"{speed:.1f}",
-            ]
-            for each in summary
-        ],
-    )
-
-
-def _number(mean: Mean | None) -> str:
-    if mean is None:
-        return "–"
-    if mean.interval is None:
-        return f"{mean.value:.2f}"
-    low, high = mean.interval
-    return f"{mean.value:.2f} ({low:.2f} to {high:.2f})"
