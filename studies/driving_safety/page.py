@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.experiments.thesis import NAMES, SAFE_DRIVING_WITH_GROUND_TRUTH, SAFETY
 from avsec_gym.planners.planner import Algorithm
+from avsec_gym.report.markdown_table import UNKNOWN, markdown_table
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import WITHOUT_CARS
+from studies.driving_safety.rows import DifferenceRow, DrivingSafetyResults, Rate, RatesRow
 
 _RATES = ("success", "collision", "safe driving", "swept collision")
 _NAMES = {Algorithm.ASTAR: "A*", Algorithm.GBFS: "GBFS"}
-_THESIS = {
-    (str(planner), str(intention)): rate
-    for (planner, intention), rate in SAFE_DRIVING_WITH_GROUND_TRUTH.items()
-}
 
 
-def page(results: dict[str, Any]) -> str:
-    """The results as Markdown."""
+def page(measured: Mapping[str, Any]) -> str:
+    """The results as Markdown.
+
+    Args:
+        measured: The result of `report`, as JSON has it.
+    """
+    results = DrivingSafetyResults.of(measured)
     lines = [
         "# Driving safety on the labelled scenarios of KITTI",
         "",
-        f"{results['scenarios']} scenarios of KITTI object/training, each driven left, straight"
+        f"{results.scenarios} scenarios of KITTI object/training, each driven left, straight"
         " and right, planned with motion primitives that the project generates. Made by",
         "",
         "```",
@@ -33,41 +37,45 @@ def page(results: dict[str, Any]) -> str:
         " [--detections DIR]`. Rates in %, with 95 % Wilson intervals; numbers in"
         " [driving_safety.json](driving_safety.json).",
         "",
-        *_ground_truth(results["ground_truth"]),
+        *_ground_truth(results.ground_truth),
         *_less_known(results),
-        *_towards_the_thesis(results["other_planners"]),
+        *_towards_the_thesis(results.other_planners),
         "### Start speeds drawn from the thesis' ranges",
         "",
         "Uniform in 22..29 km/h (street) and 40..47 km/h (highway), kept exactly, with primitives"
         " that start there (`--draw-start-speed`).",
         "",
-        *_table(
+        *markdown_table(
             ["planner", "intention", "success", "collision", "safe driving"],
-            [[*_head(row), *_three(row)] for row in results["drawn_start_speeds"]],
+            [[*_head(row), *_three(row)] for row in results.drawn_start_speeds],
         ),
         "",
         *_detector(results),
         *_beside_truth(results),
         "### Score thresholds (A*, safe driving)",
         "",
-        *_sweep_table(results["sweep"]),
+        *_sweep_table(results.sweep),
         "",
         "## Remarks on the data",
         "",
-        *(f"- {remark}" for remark in results["remarks"]),
+        *(f"- {remark}" for remark in results.remarks),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _ground_truth(truth: list[dict[str, Any]]) -> list[str]:
+def _ground_truth(truth: Sequence[RatesRow]) -> list[str]:
     """Rates, means and reasons where the planner is given what is really there."""
     return [
         "## Ground truth in",
         "",
-        *_table(
+        *markdown_table(
             ["planner", "intention", *_RATES, "thesis, safe"],
             [
-                [*_head(row), *_four(row), f"{100 * _THESIS[row['planner'], row['intention']]:.1f}"]
+                [
+                    *_head(row),
+                    *_four(row),
+                    _of_thesis(row.planner, row.intention),
+                ]
                 for row in truth
             ],
         ),
@@ -76,14 +84,14 @@ def _ground_truth(truth: list[dict[str, Any]]) -> list[str]:
         "",
         "Means over planned scenarios: time to the goal (g), path length, CommonRoad's cost SM1.",
         "",
-        *_table(
+        *markdown_table(
             ["planner", "intention", "time [s]", "path [m]", "SM1"],
             [
                 [
                     *_head(row),
-                    f"{row['mean_travel_time']:.2f}",
-                    f"{row['mean_path_length']:.1f}",
-                    f"{row['mean_sm1_cost']:.0f}",
+                    f"{row.mean_travel_time:.2f}",
+                    f"{row.mean_path_length:.1f}",
+                    f"{row.mean_sm1_cost:.0f}",
                 ]
                 for row in truth
             ],
@@ -93,7 +101,7 @@ def _ground_truth(truth: list[dict[str, Any]]) -> list[str]:
         " exhausted every sequence of the primitives; *goal occupied* means that objects leave no"
         " room in the goal region for its whole time window.",
         "",
-        *_table(
+        *markdown_table(
             ["planner", "intention", "no plan because"],
             [[*_head(row), _reasons(row)] for row in truth],
         ),
@@ -101,9 +109,9 @@ def _ground_truth(truth: list[dict[str, Any]]) -> list[str]:
     ]
 
 
-def _less_known(results: dict[str, Any]) -> list[str]:
+def _less_known(results: DrivingSafetyResults) -> list[str]:
     """The rates by group, and those without knowledge of the motion."""
-    seeds = [row["seed"] for row in results["speeds_of_others"]]
+    seeds = results.speeds_of_others
     return [
         "### By group of scenarios (A*, safe driving)",
         "",
@@ -113,19 +121,23 @@ def _less_known(results: dict[str, Any]) -> list[str]:
         "",
         "It plans as if everything stood; the collision check lets the moving objects move.",
         "",
-        *_table(
+        *markdown_table(
             ["planner", "intention", "success", "collision", "safe driving"],
-            [[*_head(row), *_three(row)] for row in results["motion_unknown"]],
+            [[*_head(row), *_three(row)] for row in results.motion_unknown],
         ),
         "",
         "The speeds of the moving objects are drawn from a seed. The safe driving rate of A* over"
-        f" the seeds {min(seeds)} to {max(seeds)}: " + _spread(results["speeds_of_others"]) + ".",
+        f" the seeds {min(seeds)} to {max(seeds)}: " + _spread(seeds) + ".",
         "",
     ]
 
 
-def _towards_the_thesis(rows: list[dict[str, Any]]) -> list[str]:
+def _towards_the_thesis(planners: Mapping[str, Sequence[RatesRow]]) -> list[str]:
     """The rates with planners that are, step by step, more like the authors'."""
+    rows = [
+        [variant, *(_rate(row.safe_driving) for row in rows)] for variant, rows in planners.items()
+    ]
+    rows.append(["thesis", *(_of_thesis(Algorithm.ASTAR, intention) for intention in Intention)])
     return [
         "### Why the rates lie above the thesis'",
         "",
@@ -133,31 +145,24 @@ def _towards_the_thesis(rows: list[dict[str, Any]]) -> list[str]:
         " with the speeds 6 and 8 m/s or 6 m/s alone; commonroad-search tests a primitive for"
         " collisions to its end even where it has reached the goal.",
         "",
-        *_table(
+        *markdown_table(
             ["planner", *(f"{intention}, safe driving" for intention in Intention)],
-            [
-                [
-                    variant,
-                    *(_rate(row, "safe_driving_rate") for row in rows if row["variant"] == variant),
-                ]
-                for variant in dict.fromkeys(row["variant"] for row in rows)
-            ]
-            + [["thesis", *(f"{100 * _THESIS['astar', str(i)]:.1f}" for i in Intention)]],
+            rows,
         ),
         "",
     ]
 
 
-def _detector(results: dict[str, Any]) -> list[str]:
+def _detector(results: DrivingSafetyResults) -> list[str]:
     """The rates with detections as input."""
-    detected = [row for row in results["detections"] if row["planner"] == "astar"]
+    detected = [row for row in results.detections if row.planner == Algorithm.ASTAR]
     return [
-        f"## A real detector in: {results['detector']}",
+        f"## A real detector in: {results.detector}",
         "",
-        f"Detections with scores of {results['score_threshold']:g} or more; the planner takes every"
+        f"Detections with scores of {results.score_threshold:g} or more; the planner takes every"
         " detected object to stand. Trajectories are checked against the ground truth.",
         "",
-        *_table(
+        *markdown_table(
             [
                 "intention",
                 *_RATES,
@@ -165,12 +170,11 @@ def _detector(results: dict[str, Any]) -> list[str]:
             ],
             [
                 [
-                    row["intention"],
+                    row.intention,
                     *_four(row),
                     *(
-                        f"{100 * SAFETY[detector, 'unattacked', intention].safe:.1f}"
+                        f"{100 * SAFETY[detector, 'unattacked', row.intention].safe:.1f}"
                         for detector in NAMES
-                        for intention in [Intention(row["intention"])]
                     ),
                 ]
                 for row in detected
@@ -180,13 +184,13 @@ def _detector(results: dict[str, Any]) -> list[str]:
     ]
 
 
-def _beside_truth(results: dict[str, Any]) -> list[str]:
+def _beside_truth(results: DrivingSafetyResults) -> list[str]:
     """Detections against the ground truth, scenario by scenario."""
     return [
         "Beside the ground truth, on the same scenarios (A* and GBFS; detections minus ground"
         " truth in percentage points, 95 % paired bootstrap intervals):",
         "",
-        *_table(
+        *markdown_table(
             [
                 "planner",
                 "intention",
@@ -200,63 +204,52 @@ def _beside_truth(results: dict[str, Any]) -> list[str]:
             [
                 [
                     *_head(row),
-                    *(
-                        _rate(row, name)
-                        for name in ("success_rate", "collision_rate", "safe_driving_rate")
-                    ),
-                    str(row["became_unsafe"]),
-                    str(row["became_safe"]),
-                    "–" if row["mcnemar_p"] is None else f"{row['mcnemar_p']:.1e}",
+                    *_three(row),
+                    str(row.became_unsafe),
+                    str(row.became_safe),
+                    "–" if row.mcnemar_p is None else f"{row.mcnemar_p:.1e}",
                 ]
-                for row in results["differences"]
+                for row in results.differences
             ],
         ),
         "",
         "What became unsafe (A*): "
         + "; ".join(
-            f"{row['intention']} {row['became_unsafe']} ({row['collisions']} collisions,"
-            f" {row['no_plan']} without a plan)"
-            for row in results["flips"]
+            f"{row.intention} {row.became_unsafe} ({row.collisions} collisions,"
+            f" {row.no_plan} without a plan)"
+            for row in results.flips
         )
         + ". `avsec evaluate ... --out DIR` draws them.",
         "",
         "If the planner knew how the detected objects move (`--motion truth`), A*:",
         "",
-        *_table(
+        *markdown_table(
             ["intention", "success", "collision", "safe driving"],
             [
-                [row["intention"], *_three(row)]
-                for row in results["detections_motion_known"]
-                if row["planner"] == "astar"
+                [row.intention, *_three(row)]
+                for row in results.detections_motion_known
+                if row.planner == Algorithm.ASTAR
             ],
         ),
         "",
     ]
 
 
-def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
-    return [
-        "| " + " | ".join(columns) + " |",
-        "|" + " --- |" * len(columns),
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]
+def _head(row: RatesRow | DifferenceRow) -> list[str]:
+    return [_NAMES[row.planner], row.intention]
 
 
-def _head(row: dict[str, Any]) -> list[str]:
-    return [_NAMES[Algorithm(row["planner"])], row["intention"]]
+def _three(row: RatesRow | DifferenceRow) -> list[str]:
+    return [_rate(rate) for rate in (row.success, row.collision, row.safe_driving)]
 
 
-def _three(row: dict[str, Any]) -> list[str]:
-    return [_rate(row, name) for name in ("success_rate", "collision_rate", "safe_driving_rate")]
+def _four(row: RatesRow) -> list[str]:
+    return [*_three(row), _rate(row.swept_collision)]
 
 
-def _four(row: dict[str, Any]) -> list[str]:
-    return [*_three(row), _rate(row, "swept_collision_rate")]
-
-
-def _swept_remark(rows: list[dict[str, Any]]) -> str:
-    planned = sum(row["planned"] for row in rows)
-    between = sum(row["swept_collisions"] - row["collisions"] for row in rows)
+def _swept_remark(rows: Sequence[RatesRow]) -> str:
+    planned = sum(row.planned for row in rows)
+    between = sum(row.swept_collisions - row.collisions for row in rows)
     return (
         "*Collision* is the thesis' check: at every time step of 0.1 s. *Swept collision* also"
         " counts what is touched between two steps, where the vehicle and the objects move on"
@@ -265,50 +258,49 @@ def _swept_remark(rows: list[dict[str, Any]]) -> str:
     )
 
 
-def _rate(row: dict[str, Any], name: str) -> str:
-    if row[name] is None:
-        return "–"
-    low, high = row[f"{name}_interval"]
-    return f"{100 * row[name]:.1f} ({100 * low:.1f} to {100 * high:.1f})"
+def _rate(rate: Rate) -> str:
+    if rate.value is None or rate.interval is None:
+        return UNKNOWN
+    low, high = rate.interval
+    return f"{100 * rate.value:.1f} ({100 * low:.1f} to {100 * high:.1f})"
 
 
-def _reasons(row: dict[str, Any]) -> str:
-    words = (f"{name.replace('_', ' ')} {count}" for name, count in row["failures"].items())
+def _reasons(row: RatesRow) -> str:
+    words = (f"{name.replace('_', ' ')} {count}" for name, count in row.failures.items())
     return ", ".join(words) or "–"
 
 
-def _group_table(results: dict[str, Any]) -> list[str]:
-    def cells(rows: list[dict[str, Any]]) -> list[str]:
-        return [_rate(row, "safe_driving_rate") for row in rows if row["planner"] == "astar"]
+def _group_table(results: DrivingSafetyResults) -> list[str]:
+    def cells(rows: Sequence[RatesRow]) -> list[str]:
+        return [_rate(row.safe_driving) for row in rows if row.planner == Algorithm.ASTAR]
 
-    rows = [
-        [group, str(rows[0]["scenarios"]), *cells(rows)]
-        for group, rows in results["groups"].items()
-    ]
-    kept = results["without_scenes_without_cars"]
-    rows.append([f"all but {WITHOUT_CARS}", str(kept[0]["scenarios"]), *cells(kept)])
-    return _table(["group", "scenarios", *map(str, Intention)], rows)
+    rows = [[group, str(rows[0].scenarios), *cells(rows)] for group, rows in results.groups.items()]
+    kept = results.without_scenes_without_cars
+    rows.append([f"all but {WITHOUT_CARS}", str(kept[0].scenarios), *cells(kept)])
+    return markdown_table(["group", "scenarios", *map(str, Intention)], rows)
 
 
-def _spread(rows: list[dict[str, Any]]) -> str:
+def _spread(by_seed: Mapping[int, Sequence[RatesRow]]) -> str:
     parts = []
     for intention in Intention:
-        rates = [100 * row["safe_driving_rate"] for row in rows if row["intention"] == intention]
+        rates = [
+            100 * row.safe_driving.value
+            for rows in by_seed.values()
+            for row in rows
+            if row.intention == intention and row.safe_driving.value is not None
+        ]
         parts.append(f"{intention} {min(rates):.1f} to {max(rates):.1f}")
     return ", ".join(parts)
 
 
-def _sweep_table(rows: list[dict[str, Any]]) -> list[str]:
-    thresholds = list(dict.fromkeys(row["score_threshold"] for row in rows))
-    table = [
-        [
-            f"{threshold:.2f}",
-            *(
-                _rate(row, "safe_driving_rate")
-                for row in rows
-                if row["score_threshold"] == threshold
-            ),
-        ]
-        for threshold in thresholds
+def _sweep_table(sweep: Mapping[float, Sequence[RatesRow]]) -> list[str]:
+    rows = [
+        [f"{threshold:.2f}", *(_rate(row.safe_driving) for row in rows)]
+        for threshold, rows in sweep.items()
     ]
-    return _table(["scores from", *map(str, Intention)], table)
+    return markdown_table(["scores from", *map(str, Intention)], rows)
+
+
+def _of_thesis(planner: Algorithm, intention: Intention) -> str:
+    """Safe driving with the ground truth, %."""
+    return f"{100 * SAFE_DRIVING_WITH_GROUND_TRUTH[planner, intention]:.1f}"

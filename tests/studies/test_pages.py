@@ -1,0 +1,35 @@
+"""Committed pages are those of the committed results."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pytest
+
+from studies.chapter3.real_frames_page import real_frames_page
+from studies.chapter5 import costly_errors
+from studies.driving_safety.page import page as driving_safety_page
+from studies.index import without_remark
+from studies.study import RESULTS, ROOT
+
+
+def _errors(found: Mapping[str, Any]) -> str:
+    return costly_errors.page(found, "python -m studies.chapter5.costly_errors RUN --markdown FILE")
+
+
+@pytest.mark.parametrize(
+    ("name", "page"),
+    [
+        ("driving_safety", driving_safety_page),
+        ("identification_real", real_frames_page),
+        ("chapter5_errors", _errors),
+    ],
+)
+def test_the_page_is_that_of_the_result(
+    name: str, page: Callable[[Mapping[str, Any]], str]
+) -> None:
+    folder = ROOT / RESULTS
+    result = json.loads((folder / f"{name}.json").read_text())
+    assert page(result) == without_remark((folder / f"{name}.md").read_text())
