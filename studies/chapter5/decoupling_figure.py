@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,39 @@ _MARKS = {
 """Marker and colour of what is drawn."""
 
 
+@dataclass(frozen=True)
+class DrawnAttack:
+    """What an attack on a detector takes, in percentage points.
+
+    Args:
+        detector: Name of the detector.
+        attack: Name of the attack.
+        strength: Strength of the attack.
+        whole_levels: Whether the attacked images were rounded to whole grey levels.
+        precision: Loss of average precision, and the ends of its interval.
+        safety: Loss of the safe driving rate, and the ends of its interval.
+    """
+
+    detector: str
+    attack: str
+    strength: float
+    whole_levels: bool
+    precision: tuple[float, float, float]
+    safety: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> DrawnAttack:
+        """The row as JSON has it."""
+        return cls(
+            row["detector"],
+            row["attack"],
+            row["strength"],
+            row["whole_levels"],
+            (row["precision_lost"], *row["precision_lost_interval"]),
+            (row["safety_lost"], *row["safety_lost_interval"]),
+        )
+
+
 def draw_decoupling(
     decoupling: Mapping[str, Any], headroom: Sequence[Mapping[str, Any]], path: str | Path
 ) -> None:
@@ -49,13 +83,14 @@ def draw_decoupling(
         path: The picture's file.
     """
     (blind,) = (100 * row["safe_driving_rate"] for row in headroom if row["seen"] == NOTHING)
+    attacks = [DrawnAttack.of(row) for row in decoupling["attacks"]]
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(8.6, 3.7), facecolor="white")
         count = len(decoupling["unattacked"])
         panels = figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
         for axes, clean in zip(panels, decoupling["unattacked"], strict=True):
-            own = [row for row in decoupling["attacks"] if row["detector"] == clean["detector"]]
-            _draw_attacks(axes, [row for row in own if not row["whole_levels"]])
+            own = [each for each in attacks if each.detector == clean["detector"]]
+            _draw_attacks(axes, [each for each in own if not each.whole_levels])
             axes.axhline(clean["safety"] - blind, color=FAINT, linestyle="--", linewidth=1)
             axes.annotate(
                 "a car that sees nothing",
@@ -76,26 +111,28 @@ def draw_decoupling(
         figure.savefig(path, dpi=150)
 
 
-def _draw_attacks(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+def _draw_attacks(axes: Axes, rows: Sequence[DrawnAttack]) -> None:
     axes.axhline(0, color=FAINT, linewidth=0.8)
     axes.axvline(0, color=FAINT, linewidth=0.8)
     for attack, (marker, colour) in _MARKS.items():
-        own = [row for row in rows if row["attack"] == attack]
+        own = [row for row in rows if row.attack == attack]
         if not own:
             continue
-        (x, across), (y, upward) = (_points(own, what) for what in ("precision", "safety"))
+        (x, across), (y, upward) = (
+            _points(losses)
+            for losses in ([row.precision for row in own], [row.safety for row in own])
+        )
         axes.errorbar(x, y, upward, across, fmt="none", ecolor=colour, elinewidth=0.7, alpha=0.35)
-        strength = 0.0 if attack in PERTURBATIONS else own[0]["strength"]
+        strength = 0.0 if attack in PERTURBATIONS else own[0].strength
         name = attack_name(attack, strength)
         axes.plot(
             x, y, marker, color=colour, markersize=5, label=name, linestyle="-", linewidth=0.8
         )
 
 
-def _points(rows: Sequence[Mapping[str, Any]], what: str) -> tuple[list[float], Floats]:
+def _points(losses: Sequence[tuple[float, float, float]]) -> tuple[Floats, Floats]:
     """What is lost, and how far the interval reaches below and above."""
-    lost = [row[f"{what}_lost"] for row in rows]
-    low, high = np.transpose([row[f"{what}_lost_interval"] for row in rows])
+    lost, low, high = np.transpose(losses)
     return lost, np.array([lost - low, high - lost])
 
 
