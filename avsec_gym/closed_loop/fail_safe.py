@@ -24,9 +24,12 @@ from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.metrics.swept_contact import first_swept_contact
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.shapes import Rectangle
 
 OTHERS_BRAKE = 4.05
 """m/s2 by which one that drives ahead may brake: nuPlan's bound of comfort."""
+MARGIN = 0.15
+"""Metres to keep from what moves: where it will be is a prediction, and no better than that."""
 _SAME_WAY = math.radians(60)
 """Angle between two headings up to which one that moves drives ahead."""
 _FURTHER = 80.0
@@ -84,7 +87,8 @@ def is_fail_safe(
 ) -> bool:
     """Whether a plan, and full braking after a time, touch nothing and stay on the road.
 
-    It must hold whether those ahead drive on as believed or brake by `OTHERS_BRAKE`.
+    It must hold whether those ahead drive on as believed or brake by `OTHERS_BRAKE`, and with a
+    `MARGIN` around all that moves.
 
     Args:
         trajectory: States of the plan at every `dt`, shape (T, 5).
@@ -101,6 +105,7 @@ def is_fail_safe(
     if len(whole) == 1:
         whole = np.vstack([whole, whole])
     ahead = _not_behind(obstacles, trajectory[0])
+    ahead = widened(ahead, ~ahead.static)
     if first_swept_contact(whole, ahead, BMW_320I) is not None:
         return False
     slower = others_brake(ahead, float(trajectory[0, 3]), dt)
@@ -131,6 +136,23 @@ def others_brake(obstacles: Obstacles, heading: float, dt: float = 0.1) -> Obsta
     poses[..., 0] += way * np.cos(begin[..., 2])
     poses[..., 1] += way * np.sin(begin[..., 2])
     return replace(kept, poses=poses, speeds=speed)
+
+
+def widened(obstacles: Obstacles, which: NDArray[np.bool_] | None = None) -> Obstacles:
+    """Obstacles of which some reach further, by `MARGIN` on all sides.
+
+    Args:
+        obstacles: Rectangles, as a car believes in them.
+        which: Those that grow, shape (N,); None: all.
+    """
+    which = np.ones(len(obstacles), bool) if which is None else which
+    shapes = tuple(
+        Rectangle(shape.length + 2 * MARGIN, shape.width + 2 * MARGIN)
+        if grows and isinstance(shape, Rectangle)
+        else shape
+        for shape, grows in zip(obstacles.shapes, which, strict=True)
+    )
+    return replace(obstacles, shapes=shapes)
 
 
 def _not_behind(obstacles: Obstacles, car: Floats) -> Obstacles:

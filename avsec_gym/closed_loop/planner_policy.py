@@ -22,7 +22,7 @@ import numpy as np
 
 from avsec_gym.argument_checks import number
 from avsec_gym.closed_loop.belief import Belief
-from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe
+from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe, widened
 from avsec_gym.closed_loop.following import follow
 from avsec_gym.closed_loop.made_primitives import primitives_from
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
@@ -58,8 +58,6 @@ _LEAST_ROOM = 1.0
 """Metres that a goal is wide at least."""
 _REACTION = 0.25
 """Seconds at cruising speed that a goal lies beyond the way that full braking takes."""
-_MARGIN = 0.15
-"""Metres by which obstacles are widened for a plan that is not fail-safe."""
 _STOPPING = 60.0
 """Metres of lane to brake on before the first plan."""
 _NODES = 6_000
@@ -239,7 +237,7 @@ class PlannerPolicy:
         plan = self._searched(problem, cruise, thorough=thorough)
         if plan is None or self._holds(plan, problem):
             return plan
-        wider = problem.with_obstacles(_widened(problem.obstacles))
+        wider = problem.with_obstacles(widened(problem.obstacles))
         plan = self._searched(wider, cruise, thorough=False)
         return plan if plan is not None and self._holds(plan, problem) else None
 
@@ -292,16 +290,6 @@ class PlannerPolicy:
         along, left = line.coordinates(state.x, state.y)
         poses = [line.pose(along + way, left) for way in range(round(_STOPPING))]
         return np.array([(x, y, state.velocity, heading, 0.0) for x, y, heading in poses])
-
-
-def _widened(obstacles: Obstacles) -> Obstacles:
-    """Rectangles that reach further on all sides."""
-    shapes = tuple(
-        Rectangle(shape.length + 2 * _MARGIN, shape.width + 2 * _MARGIN)
-        for shape in obstacles.shapes
-        if isinstance(shape, Rectangle)
-    )
-    return replace(obstacles, shapes=shapes)
 
 
 def _speed_on_grid(problem: PlanningScenario, cruise: tuple[float, float]) -> float | None:

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 import shapely
 
-from avsec_gym.closed_loop.fail_safe import OTHERS_BRAKE, braked, is_fail_safe, others_brake
+from avsec_gym.closed_loop.fail_safe import (
+    MARGIN,
+    OTHERS_BRAKE,
+    braked,
+    is_fail_safe,
+    others_brake,
+)
 from avsec_gym.closed_loop.following import follow
 from avsec_gym.closed_loop.vehicles import Car
 from avsec_gym.planners.vehicle import BMW_320I
@@ -81,3 +87,18 @@ def test_what_drives_ahead_may_brake() -> None:
     assert slower.poses[0, -1, 0] - near.poses[0, 0, 0] <= SPEED**2 / (2 * OTHERS_BRAKE) + 1e-9
     assert others_brake(car_at(7.0), 0.0) is None
     assert not is_fail_safe(PLAN, car_at(5.0, SPEED), 0.5)
+
+
+@pytest.mark.parametrize(("speed", "room"), [(0.0, 0.02), (0.3, 0.02 + MARGIN)])
+def test_what_moves_is_given_a_margin(speed: float, room: float) -> None:
+    """A car that came to rest in between, 5 cm from where it was believed to be, was grazed."""
+    aside = 0.5 * BMW_320I.width + 1.0
+    for off, safe in ((aside + room, True), (aside + room - 0.04, False)):
+        beside = Obstacles.rectangles(
+            np.array([[6.0, off, 0.0]]),
+            np.array([4.0]),
+            np.array([2.0]),
+            np.array([speed]),
+            last_step=30,
+        )
+        assert is_fail_safe(PLAN, beside, 0.5) == safe
