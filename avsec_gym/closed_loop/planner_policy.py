@@ -43,7 +43,7 @@ from avsec_gym.scenario.builder import (
 )
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle
 
 REPLANNING = 0.5
