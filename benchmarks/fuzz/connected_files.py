@@ -155,6 +155,20 @@ def read_error_model(folder: Path) -> Any:
     return read_error_model(folder / "dsgn.json")
 
 
+def connected_fit(path: Path) -> None:
+    """The package's own, as `avsec connected --constants` takes another one."""
+    from avsec_gym.validation.connected.fit import SHIPPED_FIT
+
+    path.write_bytes(SHIPPED_FIT.read_bytes())
+
+
+def read_connected_fit(folder: Path) -> Any:
+    """What vehicles decide by."""
+    from avsec_gym.validation.connected.fit import read_connected_fit
+
+    return read_connected_fit(folder / "fit.json").constants()
+
+
 def _decoded(folder: Path, decode: Callable[[bytes], Any]) -> Any:
     """A message out of a file; one that is refused is named by the file."""
     from avsec_gym.errors import DataError

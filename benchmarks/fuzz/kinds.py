@@ -405,6 +405,8 @@ KINDS = {
              _LINES | JSON),
         Kind("error model", "dsgn.json", _at(connected_files.error_model, "dsgn.json"),
              connected_files.read_error_model, _LINES | JSON, impossible.finite),
+        Kind("connected fit", "fit.json", _at(connected_files.connected_fit, "fit.json"),
+             connected_files.read_connected_fit, _LINES | JSON, impossible.finite),
         Kind("region message", connected_files.MESSAGE, connected_files.region_message,
              connected_files.read_region_message, BYTES, impossible.finite),
         Kind("crop message", connected_files.MESSAGE, connected_files.crop_message,

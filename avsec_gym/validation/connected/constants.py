@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.rays.decision import DecisionRule
 from avsec_gym.validation.connected.rays.fitting import Calibration
@@ -15,6 +13,9 @@ from avsec_gym.validation.connected.surfaces.distance import THESIS_EPSILON
 
 THESIS_THETA = 0.8
 """Metres: most distances of attack-free surfaces lie below it in the thesis, most others above."""
+
+_FARTHEST = 100.0
+"""Metres: no two surfaces of one region lie so far apart."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class ConnectedConstants:
     )
 
     def __post_init__(self) -> None:
-        if not (0 <= self.epsilon < np.inf and -1 <= self.theta < np.inf):
+        if not (0 <= self.epsilon <= _FARTHEST and -1 <= self.theta <= _FARTHEST):
             raise ConfigurationError(
                 f"epsilon and theta are distances, got {self.epsilon} and {self.theta}"
             )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ SHIPPED_FIT = Path(__file__).parent / "fits" / "kitti_64_beams.json"
 """Fitted by `avsec connected --fit` on the procedural world; its file states on which."""
 _REMEDY = "Fit anew on clean instants of these vehicles: `avsec connected DATA --fit FILE`."
 _MOST_SAMPLES = 2_000_000
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True)
@@ -163,21 +164,22 @@ def read_connected_fit(path: str | Path) -> ConnectedFit:
                 path=path,
                 remedy=_REMEDY,
             )
-        scores = [-np.inf if score is None else score for score in content["clean_scores"]]
-        if len(scores) + len(content["clean_distances"]) > _MOST_SAMPLES:
-            raise ValueError("too many samples")
-        return ConnectedFit(
-            ScanPattern(**_numbers(content["pattern"])),
+        scores, distances = _listed(content["clean_scores"]), _listed(content["clean_distances"])
+        fit = ConnectedFit(
+            _made(ScanPattern, content["pattern"]),
             dict(content["data"]),
-            RayRates(**_numbers(content["rates"])),
-            Margins(**_numbers(content["margins"])),
+            _made(RayRates, content["rates"]),
+            _made(Margins, content["margins"]),
             _number(content["see_through"]),
-            Calibration(**_numbers(content["calibration"])),
-            tuple(float(score) for score in scores),
+            _made(Calibration, content["calibration"]),
+            tuple(-np.inf if score is None else float(_number(score)) for score in scores),
             _number(content["epsilon"]),
-            tuple(_number(distance) for distance in content["clean_distances"]),
-            Calibration(**_numbers(content["of_distance"])),
+            tuple(_number(distance) for distance in distances),
+            _made(Calibration, content["of_distance"]),
         )
+        # What decides by it has checks of its own; what no fit can hold is the file's fault.
+        fit.constants()
+        return fit
     except (KeyError, TypeError, ValueError, ConfigurationError) as error:
         what = f"lacks {error}" if isinstance(error, KeyError) else f"is damaged: {error}"
         raise DataError(f"The file {what}.", path=path, remedy=_REMEDY) from error
@@ -194,7 +196,19 @@ def _number(value: Any) -> float:
     return value
 
 
-def _numbers(values: Any) -> dict[str, Any]:
-    if not isinstance(values, dict):
-        raise ValueError("it has no numbers by name")
-    return {str(key): _number(value) for key, value in values.items()}
+def _listed(values: Any) -> list[Any]:
+    if not isinstance(values, list) or len(values) > _MOST_SAMPLES:
+        raise ValueError(f"samples are a list of {_MOST_SAMPLES} at most")
+    return values
+
+
+def _made(kind: type[_Made], values: Any) -> _Made:
+    """A dataclass of numbers, of which none may be missing.
+
+    Raises:
+        ValueError: There are others.
+    """
+    expected = {each.name for each in fields(kind)}  # type: ignore[arg-type]
+    if not isinstance(values, dict) or set(values) != expected:
+        raise ValueError(f"it has not {', '.join(sorted(expected))}")
+    return kind(**{name: _number(value) for name, value in values.items()})

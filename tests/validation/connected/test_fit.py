@@ -58,6 +58,15 @@ def test_a_fit_comes_back_from_its_file(shipped: ConnectedFit, tmp_path: Path) -
         {"rates": {"support_present": 2.0}},
         {"pattern": None},
         {"epsilon": None},
+        {"epsilon": 1e300},
+        {"clean_scores": ["3"]},
+        {"clean_scores": "123"},
+        {"clean_scores": {"1": 2}},
+        {"clean_distances": [-1.0]},
+        {"rates": {}},
+        {"margins": {}},
+        {"see_through": 1e300},
+        {"calibration": {"slope": 1e300, "offset": 0.0}},
     ],
 )
 def test_a_damaged_file_is_refused(
@@ -68,6 +77,20 @@ def test_a_damaged_file_is_refused(
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
     with pytest.raises(DataError):
         read_connected_fit(path)
+
+
+@pytest.mark.parametrize("part", ["pattern", "rates", "margins", "calibration", "of_distance"])
+@pytest.mark.parametrize("wrong", [None, True, "3", 1e300, -1e300, [], {}])
+def test_each_number_of_a_file_is_checked(
+    part: str, wrong: object, shipped: ConnectedFit, tmp_path: Path
+) -> None:
+    path = tmp_path / "fit.json"
+    write_connected_fit(path, shipped)
+    sound = json.loads(path.read_text())
+    for name in sound[part]:
+        path.write_text(json.dumps(sound | {part: sound[part] | {name: wrong}}))
+        with pytest.raises(DataError, match=r"fit\.json"):
+            read_connected_fit(path)
 
 
 def test_thresholds_are_order_statistics_of_what_was_attack_free(shipped: ConnectedFit) -> None:

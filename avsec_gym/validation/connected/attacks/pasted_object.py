@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from avsec_gym.argument_checks import flag, number, number_range, shown, whole_number
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.object_scan import ObjectScan, cut_out_points, read_object_scan
 from avsec_gym.attacks.tampered_scan import inject_object
@@ -28,7 +30,8 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 _TRIES = 60
 _ROOM = 0.5
 """Metres kept free around a ghost."""
-_REACH = 60.0
+_NEAREST, _REACH = 0.1, 60.0
+_TURN = 2 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,14 +67,17 @@ class PastedObject:
     _scan: ObjectScan | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        near, far = np.broadcast_to(np.asarray(self.distance, float), 2)
-        if not 0 < near <= far <= _REACH:
-            raise ConfigurationError(
-                f"a ghost is at 0 to {_REACH:g} m from its victim, got {self.distance}"
-            )
-        if self.bearing is not None and not np.isfinite(self.bearing):
-            raise ConfigurationError(f"a bearing is an angle, got {self.bearing}")
+        check_vehicle(self.vehicle)
+        distance = number_range("distance", self.distance, _NEAREST, _REACH, may_be_one=True)
+        object.__setattr__(self, "distance", distance)
+        if self.bearing is not None:
+            object.__setattr__(self, "bearing", number("bearing", self.bearing, -_TURN, _TURN))
+        whole_number("fewest", self.fewest, 1)
+        flag("rays_lost", self.rays_lost)
+        check_name(self.name)
         given = self.scan
+        if not isinstance(given, ObjectScan | str | Path | None):
+            raise ConfigurationError(f"scan takes a file or an ObjectScan, got {shown(given)}")
         read = read_object_scan(given) if isinstance(given, str | Path) else given
         object.__setattr__(self, "_scan", read)
 
@@ -127,6 +133,31 @@ class PastedObject:
 
 
 _FEW = 3
+
+
+def check_vehicle(vehicle: Any) -> None:
+    """Check what was given as the number of a victim, before there are vehicles.
+
+    Raises:
+        ConfigurationError: It is no number of a vehicle.
+    """
+    if vehicle is not None:
+        whole_number("vehicle", vehicle, 0)
+
+
+def check_name(name: Any) -> None:
+    """Check the name of an attack in results.
+
+    Raises:
+        ConfigurationError: It is no text of 1 to 100 letters that can be printed.
+    """
+    if not (isinstance(name, str) and 0 < len(name) <= _LONGEST_NAME and name.isprintable()):
+        raise ConfigurationError(
+            f"an attack's name has 1 to {_LONGEST_NAME} printable letters, got {shown(name)}"
+        )
+
+
+_LONGEST_NAME = 100
 
 
 def drawn_vehicle(

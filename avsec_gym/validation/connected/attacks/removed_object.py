@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
+from avsec_gym.argument_checks import number, one_of, whole_number
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.tampered_scan import RemovedRays, remove_object
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, with_scan
-from avsec_gym.validation.connected.attacks.pasted_object import drawn_vehicle
+from avsec_gym.validation.connected.attacks.pasted_object import (
+    check_name,
+    check_vehicle,
+    drawn_vehicle,
+)
 from avsec_gym.validation.connected.attacks.seen_objects import box_in_world, seen_objects
 from avsec_gym.validation.connected.recordings import RecordedInstant
 
+_NEAREST, _FARTHEST = 2.0, 200.0
+"""Metres from the LiDAR."""
 _MARGIN = 0.15
 _SMEARED = 0.05
 """Seconds of motion by which a moving object may be smeared in a scan."""
@@ -41,10 +48,12 @@ class RemovedObject:
     name: str = "removal"
 
     def __post_init__(self) -> None:
-        if self.rays not in (None, "lost", "pushed"):
-            raise ConfigurationError(f"rays are 'lost' or 'pushed', got {self.rays!r}")
-        if not (self.farthest > 0 and self.fewest >= 1):
-            raise ConfigurationError(f"a removed object has points and a distance, got {self}")
+        check_vehicle(self.vehicle)
+        if self.rays is not None:
+            one_of("rays", self.rays, get_args(RemovedRays))
+        number("farthest", self.farthest, _NEAREST, _FARTHEST)
+        whole_number("fewest", self.fewest, 1)
+        check_name(self.name)
 
     def attack(self, instant: RecordedInstant, seed: Seed = 0) -> AttackedInstant | None:
         """See `InstantAttack.attack`."""
@@ -54,7 +63,7 @@ class RemovedObject:
         found = [
             each
             for each in seen_objects(instant, victim, self.fewest)
-            if 2.0 < each.distance <= self.farthest
+            if _NEAREST < each.distance <= self.farthest
         ]
         if not found:
             return None

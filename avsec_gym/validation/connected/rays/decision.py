@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.fitting import Calibration
@@ -49,6 +50,7 @@ class DecisionRule:
                 "probabilities of a decision lie between 0 and 1, certainty is 0.5 or more, and"
                 f" accusers have a positive ratio; got {self}"
             )
+        number("see_through", self.see_through, -1e6, 1e6)
 
 
 @dataclass(frozen=True, eq=False)

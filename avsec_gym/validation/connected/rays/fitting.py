@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from avsec_gym.argument_checks import number
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
 from avsec_gym.validation.connected.rays.witness import Margins
 
+_LARGEST = 1e6
 _MOST = (2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 40.0)
 
 
@@ -110,10 +112,17 @@ class Calibration:
     Args:
         slope: How many nats of odds a unit of the score is worth.
         offset: Log odds at the score 0.
+
+    Raises:
+        ConfigurationError: A number that is not finite, or beyond a million.
     """
 
     slope: float = 1.0
     offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("slope", "offset"):
+            number(name, getattr(self, name), -_LARGEST, _LARGEST)
 
     def probability(self, scores: ArrayLike) -> Floats:
         """Probabilities of an attack, of the scores' shape."""

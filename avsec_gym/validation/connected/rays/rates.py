@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 
+_MOST_RAYS = 10_000
+
 
 @dataclass(frozen=True)
 class RayRates:
@@ -51,10 +53,11 @@ class RayRates:
 
     def __post_init__(self) -> None:
         chances = np.array(astuple(self)[:6])
-        if not ((chances > 0) & (chances < 1)).all() or not (self.most > 0 and self.least >= 1):
+        numbers = 0 < self.most < np.inf and 1 <= self.least <= _MOST_RAYS
+        if not (((chances > 0) & (chances < 1)).all() and numbers):
             raise ConfigurationError(
-                "chances of rays lie between 0 and 1, their numbers are positive; got"
-                f" {astuple(self)}"
+                "chances of rays lie between 0 and 1, their numbers are positive, and"
+                f" `least` is at most {_MOST_RAYS}; got {astuple(self)}"
             )
 
     @property

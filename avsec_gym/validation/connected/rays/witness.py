@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import number
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 from avsec_gym.validation.connected.rays.claims import CLEARANCE, Claims
@@ -30,6 +31,20 @@ SUPPORT, THROUGH, MISSING, OCCLUDED, NEAR, OUTSIDE = range(6)
 well behind; no return at all though the sensor looks there; one well in front; one that decides
 nothing; a direction in which the sensor does not look."""
 
+_MOST = {
+    "reach": 0.1,
+    "around": 10.0,
+    "around_sigmas": 10.0,
+    "side": 10.0,
+    "beyond": 10.0,
+    "resolved": 1000.0,
+    "fastest": 100.0,
+    "farthest": 1000.0,
+    "position_noise": 10.0,
+    "heading_noise": 1.0,
+}
+"""The largest number of each margin, in its unit."""
+
 
 @dataclass(frozen=True)
 class Margins:
@@ -51,6 +66,9 @@ class Margins:
             dark things far away send nothing back.
         position_noise: Standard deviation of measured positions along x and along y, metres.
         heading_noise: Standard deviation of measured headings, radians.
+
+    Raises:
+        ConfigurationError: A number that is below 0, or above what any sensor or road has.
     """
 
     reach: float = float(np.radians(0.4))
@@ -63,6 +81,10 @@ class Margins:
     farthest: float = 40.0
     position_noise: float = 0.2
     heading_noise: float = float(np.radians(0.2))
+
+    def __post_init__(self) -> None:
+        for name, most in _MOST.items():
+            number(name, getattr(self, name), 0.0, most)
 
     def apart(self, distance: Floats) -> Floats:
         """Standard deviation of a place that a vehicle sees so far away, metres."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 
 import numpy as np
 import pytest
 
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, make, names
 from avsec_gym.validation.connected.attacks.attacked_instant import (
     AttackedInstant,
@@ -19,6 +20,7 @@ from avsec_gym.validation.connected.attacks.seen_objects import seen_objects
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.sweep import Sweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+from tests.strange_values import STRANGE
 
 _CAR = (14.0, 3.0, 0.1)
 
@@ -99,7 +101,35 @@ def test_nothing_to_attack_is_none_and_bad_numbers_are_named() -> None:
     assert RemovedObject().attack(nothing) is None
     with pytest.raises(ConfigurationError, match="no vehicle 7"):
         RemovedObject(vehicle=7).attack(nothing)
-    with pytest.raises(ConfigurationError, match="0 to 60 m"):
+    with pytest.raises(ConfigurationError, match=r"from 0\.1 to 60"):
         PastedObject(distance=(5.0, 90.0))
-    with pytest.raises(ConfigurationError, match="'lost' or 'pushed'"):
+    with pytest.raises(ConfigurationError, match="Known: lost, pushed"):
         RemovedObject(rays="burnt")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("attack", "argument"),
+    [
+        (kind, each.name)
+        for kind in (PastedObject, RemovedObject)
+        for each in fields(kind)
+        if each.init
+    ],
+    ids=lambda value: getattr(value, "__name__", value),
+)
+def test_anything_given_for_an_argument_attacks_or_is_refused_when_it_is_made(
+    attack: type[PastedObject | RemovedObject], argument: str, instant: RecordedInstant
+) -> None:
+    made = 0
+    for value in STRANGE:
+        try:
+            ready = attack(**{argument: value})
+        except (ConfigurationError, DataError):
+            continue
+        made += 1
+        try:
+            ready.attack(instant)
+        except ConfigurationError as error:
+            assert argument == "vehicle", value
+            assert "there is no vehicle" in str(error)  # noqa: PT017
+    assert 0 < made < len(STRANGE) / 2
