@@ -53,7 +53,7 @@ class RayRates:
 
     def __post_init__(self) -> None:
         chances = np.array(astuple(self)[:6])
-        numbers = 0 < self.most < np.inf and 1 <= self.least <= _MOST_RAYS
+        numbers = 0 < self.most <= 1e12 and 1 <= self.least <= _MOST_RAYS
         if not (((chances > 0) & (chances < 1)).all() and numbers):
             raise ConfigurationError(
                 "chances of rays lie between 0 and 1, their numbers are positive, and"
