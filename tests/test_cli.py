@@ -548,6 +548,24 @@ def test_draw(
     assert "000001" in capsys.readouterr().err
 
 
+def test_draw_takes_a_frame_of_kitti_as_evaluate_does(
+    kitti: Path, detections: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    common = ["draw", "000002", "--kitti", kitti]
+    assert ends([*common, "--out", tmp_path / "a.png"]) == DONE
+    labels = kitti / "training/label_2"
+    assert ends(["draw", "000002", "--scenarios", labels, "--out", tmp_path / "b.png"]) == DONE
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert ends(["draw", "000099", "--kitti", kitti]) == BAD_USAGE
+    assert "has no scene '000099'" in capsys.readouterr().err
+    # Where the folder has nothing on the scene, the picture is of a car that sees nothing.
+    others = tmp_path / "others"
+    others.mkdir()
+    shutil.copy(detections / "000003.txt", others)
+    assert ends([*common, "--detections", others, "--out", tmp_path / "c.png"]) == DONE
+    assert "000002 has no file and counts as without detections" in capsys.readouterr().err
+
+
 def test_draw_names_its_picture_after_the_scene(
     kitti: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

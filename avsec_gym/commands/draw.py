@@ -20,10 +20,11 @@ class Draw:
 
     scene: Annotated[str, tyro.conf.Positional]
     """Its id, such as 000107 or street-000003."""
-    scenarios: str = "layouts"
-    """The set that it belongs to; see `avsec evaluate`."""
+    scenarios: str | None = None
+    """The set that it belongs to; see `avsec evaluate`.  Default: the labelled frames of --kitti;
+    without it, `layouts`."""
     kitti: Path | None = None
-    """Root of the KITTI object data, where --scenarios is a list of ids."""
+    """Root of the KITTI object data (the folder that holds `training`)."""
     detections: Path | None = None
     """A detector's KITTI result folder: what the planner believes."""
     score_threshold: float | None = None
@@ -46,24 +47,23 @@ class Draw:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.commands.named_planner import named_planner
+        from avsec_gym.commands.named_scenes import named_scenes
         from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
         from avsec_gym.evaluation.files import drive_with_tree
         from avsec_gym.evaluation.rates import Detected
-        from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.kitti.detections import DetectionFolder
         from avsec_gym.scenario.intention import Intention
         from avsec_gym.scenario.scene import Motion
-        from avsec_gym.scenario.scene_sets import scene_set
+        from avsec_gym.scenario.scene_sets import LAYOUTS
 
         _, planner = named_planner(self.planner)
-        if self.kitti is not None:
-            KittiObject(self.kitti)
-        scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed)
+        scenes = named_scenes(self.scenarios, self.kitti, seed=self.seed)
         known = {scene.id: scene for scene in scenes.scenes}
-        if self.scenarios == "layouts" and self.scene not in known and self.scene[-6:].isdecimal():
+        are_layouts = self.scenarios == LAYOUTS or (self.scenarios is None and self.kitti is None)
+        if are_layouts and self.scene not in known and self.scene[-6:].isdecimal():
             # Layouts beyond the first are as good.
-            count = int(self.scene[-6:]) + 1
-            scenes = scene_set("layouts", seed=self.seed, count=min(count, _MOST_LAYOUTS))
+            count = min(int(self.scene[-6:]) + 1, _MOST_LAYOUTS)
+            scenes = named_scenes(LAYOUTS, None, seed=self.seed, count=count)
             known = {scene.id: scene for scene in scenes.scenes}
         if self.scene not in known:
             raise ConfigurationError(
@@ -72,7 +72,12 @@ class Draw:
             )
         believed, motion = None, Motion.TRUTH
         if self.detections is not None:
-            boxes, _ = DetectionFolder(self.detections).read(known)
+            boxes, missing = DetectionFolder(self.detections).read(known)
+            if self.scene in missing:
+                console.say(
+                    f"avsec: {self.detections}: {self.scene} has no file and counts as without "
+                    "detections"
+                )
             detected = Detected(boxes, self.score_threshold)
             believed, motion = detected.kept()[self.scene], Motion.STATIC
         if self.motion is not None:

@@ -136,18 +136,9 @@ class Evaluate:
     def _scenes(self) -> SceneSet:
         from dataclasses import replace
 
-        from avsec_gym.kitti.dataset import KittiObject
-        from avsec_gym.scenario.scene_sets import KITTI_CONTESTED, kitti_scenes, scene_set
+        from avsec_gym.commands.named_scenes import named_scenes
 
-        if self.scenarios is not None:
-            if self.kitti is not None and self.scenarios != KITTI_CONTESTED:
-                KittiObject(self.kitti)  # Refuses a folder of another layout.
-            scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed, count=self.limit)
-        elif self.kitti is not None:
-            data = KittiObject(self.kitti)
-            scenes = kitti_scenes(data, data.ids(having=("label_2",))[: self.limit], seed=self.seed)
-        else:
-            scenes = scene_set("layouts", seed=self.seed, count=self.limit)
+        scenes = named_scenes(self.scenarios, self.kitti, seed=self.seed, count=self.limit)
         if not len(scenes):
             raise DataError(
                 "there is no scene to drive.",
