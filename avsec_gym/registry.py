@@ -36,6 +36,13 @@ class Kind(StrEnum):
     DRIVE_ATTACK = "drive_attack"
     CONNECTED_ATTACK = "connected_attack"
 
+    @property
+    def words(self) -> str:
+        """It with its article, for a sentence: ``an optical attack``."""
+        boxes = {"detector": "a detector of 3D boxes", "image_detector": "a detector of 2D boxes"}
+        article = "an" if self[0] in "aeiou" else "a"
+        return boxes.get(self, f"{article} {self.replace('_', ' ')}")
+
 
 _BUILT_IN = {
     (Kind.PLANNER, "astar"): ("avsec_gym.planners.planner:MotionPrimitivePlanner", {}),
@@ -259,7 +266,12 @@ def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, An
     if kind == Kind.ATTACK and name in AMBIGUOUS_ATTACKS:
         raise ConfigurationError(AMBIGUOUS_ATTACKS[name])
     if name not in (known := names(kind)):
-        problem = f"there is no {kind} named {name!r}"
+        if others := [other.words for other in Kind if name in names(other)]:
+            raise ConfigurationError(
+                f"{name!r} is {' and '.join(others)}, and {kind.words} is needed here. Known: "
+                f"{', '.join(known)}"
+            )
+        problem = f"there is no {kind.replace('_', ' ')} named {name!r}"
         raise ConfigurationError(unknown_name(problem, name, known))
     return name, asked
 

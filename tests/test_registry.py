@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable
 from importlib import metadata
 from types import SimpleNamespace
@@ -167,3 +168,17 @@ def test_a_plug_in_may_ask_for_names_itself(plug_in: Callable[..., None]) -> Non
     plug_in(polite=polite)
     assert make("planner", "polite") == MotionPrimitivePlanner()
     assert calls == [1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "said"),
+    [
+        ("detector", "yolo", "'yolo' is a detector of 2D boxes, and a detector of 3D boxes is"),
+        ("attack", "facula", "is an optical attack and a drive attack, and an attack is needed"),
+        ("optical_attack", "thesis_pgd", "is an attack, and an optical attack is needed here"),
+        ("optical_attack", "facul", "there is no optical attack named 'facul'. Did you mean"),
+    ],
+)
+def test_a_name_of_another_kind_says_which(kind: str, name: str, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=re.escape(said)):
+        check(kind, name)

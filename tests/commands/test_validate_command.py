@@ -280,10 +280,10 @@ def test_what_cannot_be_is_refused(
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        (["--attack", '{"name": "faculla", "camera": 1}'], "no optical_attack named 'faculla'"),
+        (["--attack", '{"name": "faculla", "camera": 1}'], "no optical attack named 'faculla'"),
         (["--attack", '{"name": "facula", "camera": 7}'], "attacks 7; the sensors lidar 2 1 0"),
         (["--attack", '{"name": "thesis", "sensors": []}'], "attacks no sensor"),
-        (["--attack", ""], "no optical_attack named ''"),
+        (["--attack", ""], "no optical attack named ''"),
         (["--depth", '{"name": "sgbm", "blocks": 1}'], "sgbm cannot be made"),
         (["--depth", '{"name": "sgbm", "nearest": -1}'], "nearest depth is positive"),
     ],
