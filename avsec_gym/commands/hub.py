@@ -10,7 +10,7 @@ import tyro
 
 from avsec_gym import console
 from avsec_gym.errors import DataError
-from avsec_gym.storage.regular_files import is_file
+from avsec_gym.storage.regular_files import is_file, is_there
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,8 @@ class HubImport:
         from avsec_gym.hub.detectors import CONFIG as OF_WEIGHTS
         from avsec_gym.hub.detectors import import_weights
 
+        if not is_there(self.folder):
+            raise DataError("There is no such folder.", path=self.folder, remedy="Check the path.")
         if is_file(self.folder / OF_AGENTS):
             card = asdict(import_agent(self.folder, self.out))
         elif is_file(self.folder / OF_WEIGHTS):

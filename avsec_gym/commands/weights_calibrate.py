@@ -69,7 +69,9 @@ class WeightsCalibrate:
             fit_score_calibration,
         )
         from avsec_gym.perception.weights.store import read_card, write_card
+        from avsec_gym.storage.regular_files import MAX_FILE_BYTES, check_regular
 
+        check_regular(self.file, most=MAX_FILE_BYTES)
         # The detector as it was trained, without the calibration that it may have.
         card = read_card(self.file)
         if card is None or card.network not in _LOOKS_AT:

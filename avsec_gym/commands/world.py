@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from avsec_gym import console
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from avsec_gym.world.export import Recipe
@@ -191,8 +191,11 @@ class WorldVerify:
 
     def run(self) -> int:
         """Do it; the exit code: 1 where a file is missing or changed."""
+        from avsec_gym.storage.regular_files import is_there
         from avsec_gym.world.export import changed_files
 
+        if not is_there(self.root):
+            raise DataError("There is no such folder.", path=self.root, remedy="Check the path.")
         changed = changed_files(self.root, full=True)
         if self.json:
             console.print_json("world.verify", {"root": str(self.root), "changed": changed})

@@ -303,3 +303,5 @@ def test_a_place_that_is_not_there_has_one_exit_code(
     (line,) = output.err.splitlines()
     assert line.startswith("avsec: ")
     assert "nothing_here" in line
+    # What is wrong with a path is its first fault: not what lacks beside it or in it.
+    assert re.search(r"There (is no (such (file|folder)|run here)|are no weights here)", line)
