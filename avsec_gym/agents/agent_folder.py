@@ -17,6 +17,7 @@ from avsec_gym.agents.configuration import (
     known_environment,
 )
 from avsec_gym.agents.yaml_files import read_yaml, write_yaml
+from avsec_gym.argument_checks import one_of, whole_number
 from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import read_fields
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 WEIGHTS, CONFIG, CARD = "weights.safetensors", "config.yml", "card.json"
 SHIPPED = Path(__file__).parent / "shipped"
+_LARGEST_SEED = 2**31 - 1
 _AGAIN = "Train it again with `avsec agents train`."
 
 
@@ -189,10 +191,10 @@ def read_configuration(folder: Path) -> tuple[AgentConfiguration, int]:
     env, algorithm, seed = (facts.get(name) for name in ("env", "algorithm", "seed"))
     try:
         known = known_environment(str(env))
+        algorithm = one_of("algorithm", algorithm, ALGORITHMS)
+        seed = whole_number("seed", seed, 0, _LARGEST_SEED)
     except ConfigurationError as error:
         raise DataError(f"{error}.", path=path, remedy=_AGAIN) from error
-    if algorithm not in ALGORITHMS or type(seed) is not int:
-        raise DataError("It names no algorithm and seed.", path=path, remedy=_AGAIN)
     return configuration_from(known, algorithm, facts.get("hyperparameters"), path), seed
 
 

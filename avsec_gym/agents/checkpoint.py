@@ -21,6 +21,12 @@ _STEPS, _SECONDS = "progress/steps", "progress/seconds"
 _BUFFER, _POSITION = "replay/", "replay/position"
 _ARRAYS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 _ENTROPY = "log_ent_coef"
+_SQUARES = ("exp_avg_sq", "max_exp_avg_sq", "square_avg", "step")
+"""What optimisers take roots of, or divide by, and count."""
+_LARGEST = 1e6
+"""Of weights, observations and rewards; a training whose numbers are larger has diverged."""
+_LARGEST_MEMORY = 1e15
+"""Of what an optimiser remembers: gradients, and their squares."""
 _AGAIN = "Begin again in another folder: name another --out."
 
 
@@ -138,6 +144,12 @@ def misfit(tensors: dict[str, Tensor], learner: Any) -> str | None:
             )
         if not torch.isfinite(value).all():
             return f"{key} holds numbers that are not finite"
+        if key.rpartition("/")[2] in _SQUARES and value.numel() and value.min() < 0:
+            return f"{key} holds squares below 0"
+        is_remembered = key.partition("/")[0] in optimisers
+        most = _LARGEST_MEMORY if is_remembered or key == _SECONDS else _LARGEST
+        if value.is_floating_point() and value.numel() and value.abs().max() > most:
+            return f"{key} holds numbers beyond {most:g}: the training has diverged"
     if int(tensors[_STEPS]) < 0 or float(tensors[_SECONDS]) < 0:
         return "it has gone on for less than no time"
     return None

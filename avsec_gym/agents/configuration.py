@@ -14,14 +14,15 @@ parsed, never evaluated.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from avsec_gym.agents.algorithms import ALGORITHMS, argument_names, plain_arguments
 from avsec_gym.agents.yaml_files import read_yaml
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.registration import CATALOGUE
 from avsec_gym.suggestions import unknown_name
 
@@ -54,6 +55,7 @@ class AgentConfiguration:
         env_kwargs: Arguments of the environment that is trained in.
         eval_env_kwargs: What differs in the environment that is judged in: held-out scenes.
         arguments: Arguments of the algorithm, as the file has them.
+        file: The user's file that it was read from; None: the package's, or none.
     """
 
     env: str
@@ -64,6 +66,7 @@ class AgentConfiguration:
     env_kwargs: dict[str, Any] = field(default_factory=dict)
     eval_env_kwargs: dict[str, Any] = field(default_factory=dict)
     arguments: dict[str, Any] = field(default_factory=dict)
+    file: Path | None = field(default=None, compare=False)
 
     @property
     def held_out_kwargs(self) -> dict[str, Any]:
@@ -119,7 +122,25 @@ def configuration_of(
             path=place,
             remedy="Add one, or name another file with --config.",
         )
-    return configuration_from(env, algorithm, entries[env], place)
+    found = configuration_from(env, algorithm, entries[env], place)
+    return found if path is None else replace(found, file=place)
+
+
+@contextmanager
+def naming_the_file(configuration: AgentConfiguration) -> Iterator[None]:
+    """What the environment or the algorithm refuses of a user's file is an error of the file.
+
+    Raises:
+        DataError: For any error of this project's, where the configuration is of a user's file.
+    """
+    try:
+        yield
+    except AvsecError as error:
+        if configuration.file is None:
+            raise
+        raise DataError(
+            f"The entry {configuration.env}: {error}.", path=configuration.file, remedy=_REMEDY
+        ) from error
 
 
 def known_environment(env: str) -> str:

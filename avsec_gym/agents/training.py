@@ -28,7 +28,7 @@ from avsec_gym.agents.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
-from avsec_gym.agents.configuration import AgentConfiguration
+from avsec_gym.agents.configuration import AgentConfiguration, naming_the_file
 from avsec_gym.agents.learner import make_learner
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
@@ -84,13 +84,15 @@ def train_agent(
     Raises:
         ConfigurationError: The configuration does not fit the environment, or the training has
             diverged.
-        DataError: Something else is in the folder, or what is there cannot be gone on with.
+        DataError: Something else is in the folder, or what is there cannot be gone on with; or the
+            configuration is of a user's file and does not fit.
     """
     make_folder(out)
     with folder_lock(out, what="an agent"):
         begun = _check_folder(configuration, out, seed, sitting.resume)
         torch.set_num_threads(sitting.threads)
-        learner = make_learner(configuration, seed)
+        with naming_the_file(configuration):
+            learner = make_learner(configuration, seed)
         before = read_checkpoint(out, learner) if begun else Progress()
         if not begun:
             write_configuration(out, configuration, seed)
@@ -98,22 +100,23 @@ def train_agent(
         watch = _Watch(out, before, sitting, on_progress)
         if before.steps < sitting.steps:
             try:
-                learner.learn(
-                    sitting.steps - before.steps,
-                    callback=watch,
-                    reset_num_timesteps=before.steps == 0,
-                )
+                with naming_the_file(configuration):
+                    learner.learn(
+                        sitting.steps - before.steps,
+                        callback=watch,
+                        reset_num_timesteps=before.steps == 0,
+                    )
             except ValueError as error:
                 # torch refuses distributions with weights that have grown beyond all numbers.
                 if is_finite(learner):
                     raise
-                raise _diverged(watch.progress) from error
+                raise _diverged(out, watch.progress) from error
             finally:
                 # Also after Ctrl-C: what was learned is kept.
                 if is_finite(learner):
                     write_checkpoint(out, learner, watch.progress)
             if not is_finite(learner):
-                raise _diverged(watch.progress)
+                raise _diverged(out, watch.progress)
         learner.env.close()
         return save_agent(out, learner.policy, _card(configuration, seed, sitting, watch.progress))
 
@@ -174,10 +177,10 @@ def _log_to_tensorboard(learner: Any, out: Path) -> None:
         learner.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
 
 
-def _diverged(progress: Progress) -> ConfigurationError:
+def _diverged(out: Path, progress: Progress) -> ConfigurationError:
     return ConfigurationError(
-        f"the training has diverged after {progress.steps:,} steps or a little later: weights are"
-        " not finite any more; give a lower learning_rate, or a max_grad_norm"
+        f"the training in {out} has diverged after {progress.steps:,} steps or a little later:"
+        " weights are not finite any more; give a lower learning_rate, or a max_grad_norm"
     )
 
 

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -148,9 +149,10 @@ class _Run:
             if not (
                 isinstance(pixels, torch.Tensor)
                 and (pixels.shape, pixels.dtype) == (self.pixels.shape, self.pixels.dtype)
+                and bool(pixels.isfinite().all())
                 and isinstance(sizes, dict)
                 and set(sizes) == set(self.sizes)
-                and all(isinstance(size, float) for size in sizes.values())
+                and all(isinstance(size, float) and isfinite(size) for size in sizes.values())
             ):
                 raise DataError(
                     "This is no checkpoint of such a patch.",

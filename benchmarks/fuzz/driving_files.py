@@ -34,16 +34,12 @@ def agent_configuration(folder: Path) -> None:
 
 def read_agent_configuration(folder: Path) -> Any:
     """As `avsec agents train --config` does, until it would learn."""
-    from avsec_gym.agents.configuration import configuration_of
+    from avsec_gym.agents.configuration import configuration_of, naming_the_file
     from avsec_gym.agents.learner import make_learner
-    from avsec_gym.errors import ConfigurationError, DataError
 
     configuration = configuration_of(AGENT_ENVIRONMENT, "sac", folder / "sac.yml")
-    try:
-        learner = make_learner(configuration, 0)
-    except ConfigurationError as error:  # What an environment refuses names no file.
-        raise DataError(str(error), path=folder / "sac.yml") from None
-    learner.learn(16)
+    with naming_the_file(configuration):
+        make_learner(configuration, 0).learn(16)
     return configuration.entry()
 
 

@@ -234,9 +234,25 @@ def _published(folder: Path) -> Any:
 
 
 def _training(folder: Path) -> Any:
-    from avsec_gym.perception.training.checkpoint import start_or_resume
+    """As `avsec train --resume` does: the network and the optimizer go on from it."""
+    import torch
 
-    return start_or_resume(folder, {"seed": 0}, resume=True)
+    from avsec_gym.perception.training.checkpoint import (
+        resume_network,
+        resume_optimizer,
+        start_or_resume,
+    )
+
+    state = start_or_resume(folder, {"seed": 0}, resume=True)
+    if not state.trained:
+        return state, {}
+    network: Any = sound_files.network()
+    optimizer = torch.optim.AdamW(network.parameters())
+    average = resume_network(state, network, folder)
+    resume_optimizer(state, optimizer, folder)
+    sum(value.sum() for value in network.parameters()).backward()
+    optimizer.step()
+    return average
 
 
 def _curves(folder: Path) -> Any:
@@ -396,7 +412,7 @@ KINDS = {
         Kind("published weights", "tiny.pth", _at(sound_files.published, "tiny.pth"), _published,
              BYTES | CHECKPOINT, impossible.finite),
         Kind("training checkpoint", "checkpoint.pt", sound_files.training, _training,
-             BYTES | CHECKPOINT),
+             BYTES | CHECKPOINT, impossible.finite),
         Kind("training curves", "curves.jsonl", _at(sound_files.json_lines, "curves.jsonl"),
              _curves, _LINES | JSON_LINES),
         Kind("patch", "patch.safetensors", _at(sound_files.patch, "patch.safetensors"), _patch,

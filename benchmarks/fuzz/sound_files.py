@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -192,10 +193,22 @@ def published(path: Path) -> None:
 
 def training(folder: Path) -> None:
     """The state of a training that was stopped."""
+    import torch
+
     from avsec_gym.perception.training.checkpoint import Checkpoint, save_checkpoint
 
-    state = network().state_dict()  # type: ignore[attr-defined]
-    save_checkpoint(folder, Checkpoint({"seed": 0}, step=7, trained=state, average=state, best=0.5))
+    trained: Any = network()
+    optimizer = torch.optim.AdamW(trained.parameters())
+    sum(value.sum() for value in trained.parameters()).backward()
+    optimizer.step()
+    state = trained.state_dict()
+    save_checkpoint(
+        folder,
+        Checkpoint(
+            {"seed": 0}, step=7, trained=state, average=state, optimizer=optimizer.state_dict(),
+            best=0.5,
+        ),
+    )  # fmt: skip
 
 
 def thresholds(path: Path) -> None:

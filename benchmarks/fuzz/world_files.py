@@ -89,7 +89,9 @@ def read_instant(folder: Path) -> Any:
 
 def pose(folder: Path) -> None:
     """A vehicle's pose."""
-    numbers = np.eye(4)[:3].ravel() + np.pi / 100
+    turned, up = np.pi / 7, 1.73
+    numbers = [np.cos(turned), -np.sin(turned), 0, 30.0, np.sin(turned), np.cos(turned), 0, -4.0]
+    numbers += [0, 0, 1, up]
     (folder / "pose.txt").write_text(" ".join(f"{number:.9e}" for number in numbers) + "\n")
 
 

@@ -62,12 +62,26 @@ def test_each_tensor_is_what_the_learner_has_there(
         lacking = {key: own for key, own in sound.items() if key != name}
         assert name in str(misfit(lacking, learner)), name
         if value.is_floating_point():
-            for number in (torch.nan, torch.inf):
+            for number, what in (
+                (torch.nan, "not fin"),
+                (torch.inf, "not fin"),
+                (1e38, "diverged"),
+            ):
                 full = torch.full_like(value, number)
                 if value.numel():
-                    assert "not finite" in str(misfit({**sound, name: full}, learner)), name
+                    assert what in str(misfit({**sound, name: full}, learner)), name
     assert "none of its" in str(misfit({**sound, "policy/more": torch.zeros(2)}, learner))
     assert "no time" in str(misfit({**sound, "progress/steps": torch.tensor(-1)}, learner))
+
+
+def test_squares_and_counters_are_not_negative(trained: Trained) -> None:
+    configuration, out = trained
+    learner, sound = make_learner(configuration, 0), load_file(out / CHECKPOINT)
+    squares = [name for name in sound if name.endswith(("/exp_avg_sq", "/step"))]
+    assert squares
+    for name in squares:
+        wrong = {**sound, name: torch.full_like(sound[name], -1.0)}
+        assert "below 0" in str(misfit(wrong, learner)), name
 
 
 def test_places_in_the_buffer_are_places(tmp_path: Path) -> None:
@@ -101,6 +115,6 @@ def test_a_training_that_diverges_ends_by_saying_so(
 
     kind = type(make_learner(configuration, 0))
     monkeypatch.setattr(kind, "train", spoilt)
-    with pytest.raises(ConfigurationError, match="has diverged"):
+    with pytest.raises(ConfigurationError, match=f"{tmp_path} has diverged"):
         train_agent(configuration, tmp_path, 0, Sitting(40))
     assert not (tmp_path / CHECKPOINT).exists(), "nothing to go on with"

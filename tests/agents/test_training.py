@@ -13,13 +13,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
+import yaml
 
 from avsec_gym.agents import training
-from avsec_gym.agents.agent_folder import CARD, CONFIG, WEIGHTS, load_agent
+from avsec_gym.agents.agent_folder import CARD, CONFIG, WEIGHTS, load_agent, read_configuration
 from avsec_gym.agents.checkpoint import CHECKPOINT, read_checkpoint
-from avsec_gym.agents.configuration import AgentConfiguration
+from avsec_gym.agents.configuration import AgentConfiguration, configuration_of
 from avsec_gym.agents.learner import make_learner, single
 from avsec_gym.agents.training import Sitting, train_agent
+from avsec_gym.agents.yaml_files import read_yaml
 from avsec_gym.errors import ConfigurationError, DataError
 
 SCENES = {"scenarios": {"name": "layouts", "seed": 0, "count": 8}}
@@ -150,7 +152,7 @@ def test_a_loaded_agent_acts_like_the_trained_one(trained: Path) -> None:
         (CARD, b"{}", "lacks env"),
         (CONFIG, b"env: avsec/GhostObject-v9", "Did you mean"),
         (CONFIG, b"!!python/object/apply:os.getcwd []", "no sound YAML"),
-        (CONFIG, b"env: avsec/GhostObject-v1\nalgorithm: luck\nseed: 0", "no algorithm"),
+        (CONFIG, b"env: avsec/GhostObject-v1\nalgorithm: luck\nseed: 0", "no algorithm 'luck'"),
     ],
 )
 def test_damaged_agents_are_refused(
@@ -165,6 +167,30 @@ def test_damaged_agents_are_refused(
         load_agent(tmp_path)
     assert name in str(error.value)
     assert "avsec agents train" in str(error.value) or content is None
+
+
+@pytest.mark.parametrize(
+    "wrong", ["{a: 1}", "[1]", "null", "true", "1.5", "-1", "x", "99999999999"]
+)
+def test_no_value_of_the_settings_can_be_anything(
+    trained: Path, tmp_path: Path, wrong: str
+) -> None:
+    sound = read_yaml(trained / CONFIG, remedy="")
+    for name in sound:
+        lines = yaml.safe_dump({key: value for key, value in sound.items() if key != name})
+        (tmp_path / CONFIG).write_text(f"{lines}{name}: {wrong}\n")
+        with pytest.raises(DataError, match=r"config\.yml"):
+            read_configuration(tmp_path)
+
+
+def test_the_file_of_a_configuration_that_cannot_be_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "odd.yml"
+    path.write_text(
+        "avsec/GhostObject-v0:\n  n_timesteps: 10\n  env_kwargs: {scenarios: {name: \u202e}}\n"
+    )
+    odd = configuration_of("GhostObject-v0", "ppo", path)
+    with pytest.raises(DataError, match=r"odd\.yml: The entry avsec/GhostObject-v0: "):
+        train_agent(odd, tmp_path / "agent", 0, Sitting(8))
 
 
 def test_weights_of_another_agent_are_refused(trained: Path, tmp_path: Path) -> None:

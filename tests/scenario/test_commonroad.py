@@ -174,6 +174,19 @@ def test_every_lane_detail_survives(tmp_path: Path) -> None:
     assert read_commonroad(tmp_path / "lanes.xml").road.lanelets == lanes
 
 
+def test_references_to_lanelets_that_the_file_lacks_are_left_out(tmp_path: Path) -> None:
+    road = Road(straight_lanes(3))
+    path = tmp_path / "lanes.xml"
+    write_commonroad(PlanningScenario("lanes", EgoState(), (Goal((0, 5)),), road), path)
+    text = path.read_text()
+    assert text.count('<adjacentRight ref="1"') == 1
+    more = '<predecessor ref="150000000"/><successor ref="7"/><adjacentRight ref="150000000"'
+    path.write_text(text.replace('<adjacentRight ref="1"', more))
+    first, second, third = read_commonroad(path).road.lanelets
+    assert (first, third) == (road.lanelets[0], road.lanelets[2])
+    assert second == replace(road.lanelets[1], adjacent_right=None)
+
+
 def test_a_goal_given_as_lanelets(tmp_path: Path) -> None:
     """Read as their areas, and written as lanelets again."""
     road = Road(straight_lanes(3))

@@ -23,6 +23,10 @@ from avsec_gym.storage.regular_files import is_there
 CHECKPOINT = "checkpoint.pt"
 """Its name in the folder of a run."""
 
+_LONGEST = 1e12
+"""Of steps and of seconds, more than any training has."""
+_FASTEST = 1e6
+"""Of learning rates: steps of patches are in grey levels."""
 _DAMAGED = "It may be cut off or damaged; remove it to begin anew."
 _OTHER_RUN = "Name another folder with --out, or remove this one."
 
@@ -126,23 +130,66 @@ def resume_optimizer(
         DataError: Its state is that of another one.
     """
     path = folder / CHECKPOINT
+    # What it remembers and its rate are the file's; its other settings are the configuration's.
+    own = optimizer.state_dict()["param_groups"]
     try:
-        optimizer.load_state_dict(checkpoint.optimizer)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        there = checkpoint.optimizer["param_groups"]
+        groups = [
+            {**mine, "lr": _rate(its["lr"]), "params": its["params"]}
+            for mine, its in zip(own, there, strict=True)
+        ]
+        optimizer.load_state_dict({"state": checkpoint.optimizer["state"], "param_groups": groups})
+    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
         raise DataError(
             f"The checkpoint is of another optimizer ({error}).", path=path, remedy=_DAMAGED
         ) from error
     for group in optimizer.param_groups:
+        expected = _remembered(optimizer, group)
         for parameter in group["params"]:
-            for name, value in optimizer.state[parameter].items():
-                # Beside a value for each weight there are counters of steps.
-                whole = isinstance(value, torch.Tensor) and value.ndim > 0
-                if whole and value.shape != parameter.shape:
-                    raise DataError(
-                        f"The optimizer's {name} has another shape than the weights.",
-                        path=path,
-                        remedy=_DAMAGED,
-                    )
+            if problem := _problem_of_memory(optimizer.state[parameter], expected, parameter):
+                raise DataError(f"The optimizer's {problem}.", path=path, remedy=_DAMAGED)
+
+
+def _rate(value: Any) -> float:
+    if type(value) is not float or not 0 <= value <= _FASTEST:
+        raise ValueError(f"its rate is {value!r:.40}")
+    return value
+
+
+def _remembered(
+    optimizer: torch.optim.Optimizer, settings: dict[str, Any]
+) -> dict[str, torch.Tensor]:
+    """What an optimizer of this kind remembers of a weight of two numbers after a step."""
+    weight = torch.zeros(2, requires_grad=True)
+    weight.grad = torch.zeros(2)
+    twin = type(optimizer)([{**settings, "params": [weight]}])  # type: ignore[call-arg]
+    twin.step()
+    return {
+        name: value for name, value in twin.state[weight].items() if isinstance(value, torch.Tensor)
+    }
+
+
+def _problem_of_memory(
+    memory: dict[str, Any], expected: dict[str, torch.Tensor], parameter: torch.Tensor
+) -> str:
+    """What keeps it from being that of a weight; empty if nothing, such as before a first step."""
+    if not memory:
+        return ""
+    if set(memory) != set(expected):
+        return f"memory holds {', '.join(map(str, memory)):.80}, expected {', '.join(expected)}"
+    for name, value in memory.items():
+        # Beside a value for each weight there are counters of steps.
+        shape = parameter.shape if expected[name].ndim else torch.Size()
+        if not isinstance(value, torch.Tensor) or not value.is_floating_point():
+            return f"{name} is not what is written there"
+        if value.shape != shape:
+            return f"{name} has another shape than the weights"
+        if not value.isfinite().all():
+            return f"{name} holds a value that is not finite"
+        # Roots are taken of the one, and the other is divided by.
+        if (name.endswith("_sq") and (value < 0).any()) or (name == "step" and value < 1):
+            return f"{name} holds a value that is too small"
+    return ""
 
 
 def _last(folder: Path, identity: dict[str, Any]) -> Checkpoint | None:
@@ -190,14 +237,18 @@ def _problem(checkpoint: Checkpoint) -> str:
             return f"{name} is no dictionary"
     for name in ("step", "best_step", "without_better", "validated"):
         value = getattr(checkpoint, name)
-        if type(value) is not int or value < 0:
+        if type(value) is not int or not 0 <= value < _LONGEST:
             return f"{name} is {value!r:.40}, expected a count"
-    if checkpoint.bfloat16 not in (None, True, False) or type(checkpoint.arithmetic) is not str:
+    flags = (type(None), bool)
+    if type(checkpoint.bfloat16) not in flags or type(checkpoint.arithmetic) is not str:
         return "arithmetic is not what a training writes"
     for name in ("best", "seconds", "compute_seconds"):
         value = getattr(checkpoint, name)
-        if not (isinstance(value, (int, float)) or (name == "best" and value is None)):
+        # The leading metric of a training that failed is NaN.
+        if type(value) not in (int, float) and not (name == "best" and value is None):
             return f"{name} is no number"
+        if name != "best" and not 0 <= value < _LONGEST:
+            return f"{name} is {value!r:.40}, expected seconds"
     try:
         parse_json(json.dumps(checkpoint.identity))
     except (TypeError, ValueError, RecursionError):

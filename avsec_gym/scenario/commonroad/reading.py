@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,9 @@ from avsec_gym.storage.xml_tree import Element, as_bytes, read_plain_xml
 
 def read_commonroad(path: str | Path, problem_id: int | None = None) -> PlanningScenario:
     """Read one planning problem.
+
+    References to lanelets that the file lacks, as a part cut out of a larger map has them, are left
+    out.
 
     Args:
         path: A CommonRoad XML file (format 2018b or 2020a).
@@ -78,7 +81,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
                 step=int(start.time_step),
             ),
             goals=_goals(problem.goal),
-            road=Road(tuple(_lanelet(lanelet) for lanelet in scenario.lanelet_network.lanelets)),
+            road=_road(scenario.lanelet_network.lanelets),
             obstacles=_obstacles(scenario),
             dt=float(scenario.dt),
             road_type=RoadType(notes["road_type"]) if "road_type" in notes else None,
@@ -139,16 +142,23 @@ def _check_ids(root: Element) -> None:
             )
 
 
-def _lanelet(lanelet: Any) -> Lanelet:
+def _road(lanelets: list[Any]) -> Road:
+    known = {int(lanelet.lanelet_id) for lanelet in lanelets}
+    return Road(tuple(_lanelet(lanelet, known) for lanelet in lanelets))
+
+
+def _lanelet(lanelet: Any, known: Container[int]) -> Lanelet:
+    """A lanelet with its references to lanelets that are there."""
+
     def neighbour(id: int | None, same: bool | None) -> tuple[int, bool] | None:
-        return None if id is None else (int(id), bool(same))
+        return None if id is None or id not in known else (int(id), bool(same))
 
     return Lanelet(
         id=int(lanelet.lanelet_id),
         left=points_of(lanelet.left_vertices),
         right=points_of(lanelet.right_vertices),
-        predecessors=tuple(lanelet.predecessor),
-        successors=tuple(lanelet.successor),
+        predecessors=tuple(id for id in lanelet.predecessor if id in known),
+        successors=tuple(id for id in lanelet.successor if id in known),
         adjacent_left=neighbour(lanelet.adj_left, lanelet.adj_left_same_direction),
         adjacent_right=neighbour(lanelet.adj_right, lanelet.adj_right_same_direction),
         types=tuple(sorted({kind.value for kind in lanelet.lanelet_type} - {"unknown"})),

@@ -53,6 +53,18 @@ _MOST_DEPENDENCE = 60.0
 """Of ln c; what is far from all that was seen turns nothing over."""
 _AT_ONCE = 4096
 """Frames, so that memory stays small."""
+_BETWEEN = {
+    "log_density": (-500.0, 50.0),
+    "correlation": (-1.0 - 1e-9, 1.0 + 1e-9),
+    "lowest": (-100.0, 100.0),
+    "highest": (-100.0, 100.0),
+    "weights": (0.0, 1e6),
+    "offset": (-1e6, 1e6),
+    "clean_scores": (-1e9, 1e9),
+    "strangest": (-1e9, 1e9),
+}
+"""The smallest and the largest number that each parameter can hold; of log densities those whose
+exponentials have a sum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,15 +117,17 @@ class LikelihoodModel:
         }
         for name, shape in shapes.items():
             array = np.array(getattr(self, name), float)
-            if array.shape != shape or not np.isfinite(array).all():
-                raise ConfigurationError(
-                    f"{name} is finite and of shape {shape}, got shape {array.shape}"
-                )
+            if array.shape != shape:
+                raise ConfigurationError(f"{name} is of shape {shape}, got shape {array.shape}")
             object.__setattr__(self, name, array)
+        for name, (low, high) in _BETWEEN.items():
+            values = np.asarray(getattr(self, name), float)
+            if not ((values >= low) & (values <= high)).all():  # Also true for NaN.
+                raise ConfigurationError(f"{name} is from {low:.6g} to {high:.6g}")
+        if (self.lowest > self.highest).any():
+            raise ConfigurationError("the lowest of the scores lie below the highest")
         if self.scale is not None and len(self.scale.tails) != m:
             raise ConfigurationError(f"the scale is of {m} elements")
-        if not ((self.weights >= 0).all() and np.isfinite(self.offset)):
-            raise ConfigurationError("weights are 0 or more, and the offset is finite")
 
     @property
     def sensors(self) -> int:

@@ -19,6 +19,8 @@ _SHORTEST_TAIL, _USUAL_TAIL = 0.05, 0.5
 tail where there is none, since they are all equal."""
 _QUANTILES = 200
 _SMALLEST_CHANCE = 1e-100
+_LARGEST = 100.0
+"""Log-odds: those of the smallest share are a twelfth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +60,15 @@ class NormalScores:
                 f"{self.quantiles.shape} and {shapes}"
             )
         values = (self.quantiles, self.begins, self.chances, self.tails)
-        is_finite = all(np.isfinite(array).all() for array in values)
+        is_bounded = all((np.abs(array) <= _LARGEST).all() for array in values)  # NaN is not.
         is_positive = (self.tails > 0).all() and (self.chances > 0).all()
-        if not (is_finite and is_positive) or (np.diff(self.quantiles, axis=0) < 0).any():
-            raise ConfigurationError("quantiles ascend, chances and tails are positive")
+        is_share = (self.chances <= 1).all()
+        ascends = not (np.diff(self.quantiles, axis=0) < 0).any()
+        if not (is_bounded and is_positive and is_share and ascends):
+            raise ConfigurationError(
+                "quantiles ascend, chances are above 0 and up to 1, tails above 0, and no number is"
+                f" beyond {_LARGEST:g}"
+            )
 
     @classmethod
     def plain(cls, count: int) -> NormalScores:

@@ -22,6 +22,10 @@ from avsec_gym.world.export.manifest import read_manifest
 MEETINGS = "meetings.json"
 """Name of the file that states how much vehicles see of the same objects."""
 _POSE_BYTES = 4096
+_FARTHEST = 3e7
+"""Metres from the world's origin, which may lie anywhere on this earth."""
+_RIGID = 1e-3
+"""How far a rotation that was read may be from one: files of others have few digits."""
 _REMEDY = "Name a data set of `avsec world make --suite connected`."
 
 
@@ -111,7 +115,8 @@ def read_pose(path: str | Path) -> Floats:
     """A pose of 12 numbers, row by row, as a transform of shape (4, 4).
 
     Raises:
-        DataError: The file is missing or holds something else.
+        DataError: The file is missing, or holds something else than a rotation and a place on this
+            earth.
     """
     words = read_text(path, most=_POSE_BYTES).split()
     try:
@@ -120,7 +125,20 @@ def read_pose(path: str | Path) -> Floats:
             raise ValueError
     except ValueError:
         raise DataError("A pose has 12 finite numbers.", path=path, remedy=_REMEDY) from None
-    return np.vstack([numbers.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+    pose = np.vstack([numbers.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+    if not _is_rotation(pose[:3, :3]) or np.abs(pose[:3, 3]).max() > _FARTHEST:
+        raise DataError(
+            f"A pose is a rotation and a place within {_FARTHEST:g} m.", path=path, remedy=_REMEDY
+        )
+    return pose
+
+
+def _is_rotation(matrix: Floats) -> bool:
+    """Whether a matrix of shape (3, 3) turns, and does nothing else."""
+    if np.abs(matrix).max() > 1 + _RIGID:
+        return False
+    apart = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    return bool(apart <= _RIGID and np.linalg.det(matrix) > 0)
 
 
 def write_meetings(root: Path, world: ConnectedWorld) -> None:

@@ -22,6 +22,7 @@ SEEN_POINTS = 5
 """So many points make a vehicle see an object."""
 _REACH = 80.0
 """Metres from a sensor vehicle within which objects are listed."""
+_MOST_FRAMES = 10**9
 _AGAIN = "Remove the last vehicle's label file of this instant and run `avsec world make` again."
 
 
@@ -183,8 +184,8 @@ def read_instant(path: str | Path) -> ConnectedInstant:
         vehicles = tuple(SensorVehicle(**_row(SensorVehicle, row)) for row in facts["vehicles"])
         objects = tuple(WorldObject(**_row(WorldObject, row)) for row in facts["objects"])
         drive, frame = facts["drive"], facts["frame"]
-        if type(drive) is not int or type(frame) is not int:
-            raise ValueError("drive and frame are whole numbers")
+        if not all(type(each) is int and 0 <= each <= _MOST_FRAMES for each in (drive, frame)):
+            raise ValueError(f"drive and frame are whole numbers from 0 to {_MOST_FRAMES:,}")
         if any(len(each.points) != len(vehicles) for each in objects):
             raise ValueError("an object has a number of points for each vehicle")
     except (KeyError, TypeError, ValueError) as error:
@@ -194,6 +195,18 @@ def read_instant(path: str | Path) -> ConnectedInstant:
     return ConnectedInstant(drive, frame, vehicles, objects)
 
 
+_BETWEEN: dict[str, tuple[float, float]] = {
+    "actor": (0, 10**9),
+    "time": (-10.0, 10.0),
+    "speed": (-1e3, 1e3),
+    "turn_rate": (-1e3, 1e3),
+    "location": (-3e7, 3e7),
+    "heading": (-1e3, 1e3),
+    "dimensions": (1e-3, 1e3),
+    "points": (0, 10**9),
+}
+"""The smallest and the largest number of each field, in its unit; places count from any origin on
+this earth."""
 _KINDS = {
     "int": int,
     "bool": bool,
@@ -208,7 +221,7 @@ def _row(kind: type[SensorVehicle | WorldObject], row: Any) -> dict[str, Any]:
     """The fields of one row, each of its type; lists become tuples.
 
     Raises:
-        ValueError: A field is missing or of another type.
+        ValueError: A field is missing or of another type, or holds a number that cannot be.
     """
     if not isinstance(row, dict):
         raise ValueError(f"{kind.__name__} is an object of JSON")
@@ -219,5 +232,10 @@ def _row(kind: type[SensorVehicle | WorldObject], row: Any) -> dict[str, Any]:
         triple = str(field.type) == "tuple[float, float, float]"
         if not fits(value, wanted) or (triple and len(value) != 3):  # type: ignore[arg-type]
             raise ValueError(f"{field.name} is no {field.type}")
+        if field.name in _BETWEEN:
+            low, high = _BETWEEN[field.name]
+            for number in value if isinstance(value, list) else [value]:
+                if not low <= number <= high:  # type: ignore[operator]
+                    raise ValueError(f"{field.name} is {number}, expected {low:g} to {high:g}")
         result[field.name] = tuple(value) if isinstance(value, list) else value
     return result

@@ -422,6 +422,29 @@ def test_a_fit_is_repeatable_and_survives_its_file(
             read_likelihood_model(path)
 
 
+@pytest.mark.parametrize("wrong", [1e308, -1e308, None, "a", {}])
+def test_no_number_of_a_file_can_be_anything(
+    judged: tuple[LikelihoodModel, Any, Any], wrong: object, tmp_path: Path
+) -> None:
+    path = tmp_path / "likelihoods.json"
+    judged[0].write(path)
+    sound = json.loads(path.read_text())
+    places = [(sound, name) for name in sound if name not in ("format", "kind", "fitted_on")]
+    places.remove((sound, "scale"))
+    places += [(sound["scale"], name) for name in sound["scale"]]
+    assert len(places) == 12
+    for owner, name in places:
+        # The first number, however deep in lists.
+        key: Any = name
+        while isinstance(owner[key], list):
+            owner, key = owner[key], 0
+        right, owner[key] = owner[key], wrong
+        path.write_text(json.dumps(sound))
+        with pytest.raises(DataError, match=r"likelihoods\.json: The file is damaged"):
+            read_likelihood_model(path)
+        owner[key] = right
+
+
 def test_samples_that_teach_too_little(made_up: MadeUp) -> None:
     on = fitted_on(3)
     singles = np.r_[np.zeros((1, 4)), np.eye(4)]

@@ -23,6 +23,8 @@ from avsec_gym.world.export import (
     make_data_set,
     suite_recipe,
 )
+from avsec_gym.world.export.connected_world import read_pose
+from avsec_gym.world.export.instants import read_instant
 
 from .conftest import contents
 
@@ -207,6 +209,45 @@ def test_a_broken_truth_is_refused(drive: Path, tmp_path: Path) -> None:
         ConnectedWorld(tmp_path).instant("000000")
     with pytest.raises(DataError, match="no connected vehicles"):
         ConnectedWorld(tmp_path / "objects")
+
+
+@pytest.mark.parametrize("wrong", [1e300, -1e300, 2**62, -(2**62), None, "1", True, [], {}])
+def test_no_number_of_an_instant_can_be_anything(
+    drive: Path, tmp_path: Path, wrong: object
+) -> None:
+    path = tmp_path / "000000.json"
+    sound = json.loads((drive / "objects/000000.json").read_text())
+    first = [sound, sound["vehicles"][0], sound["objects"][0]]
+    first += [first[2][name] for name in ("location", "dimensions", "points")]
+    tried = 0
+    for owner in first:
+        for key in range(len(owner)) if isinstance(owner, list) else list(owner):
+            right = owner[key]
+            if isinstance(right, bool | str | list):
+                continue
+            owner[key] = wrong
+            path.write_text(json.dumps(sound))
+            with pytest.raises(DataError, match=r"000000\.json"):
+                read_instant(path)
+            owner[key] = right
+            tried += 1
+    assert tried == 2 + 4 + 4 + 3 + 3 + len(sound["vehicles"])
+
+
+@pytest.mark.parametrize("wrong", ["1e308", "-9.22e18", "4e7", "nan", "a"])
+def test_no_number_of_a_pose_can_be_anything(drive: Path, tmp_path: Path, wrong: str) -> None:
+    sound = (drive / "vehicle_0/training/pose/000000.txt").read_text().split()
+    path = tmp_path / "pose.txt"
+    path.write_text(" ".join(sound))
+    assert read_pose(path).shape == (4, 4)
+    for place in range(12):
+        path.write_text(" ".join([*sound[:place], wrong, *sound[place + 1 :]]))
+        with pytest.raises(DataError, match=r"pose\.txt: A pose"):
+            read_pose(path)
+    # A mirror keeps lengths, and is no rotation.
+    path.write_text("1 0 0 5 0 1 0 5 0 0 -1 5")
+    with pytest.raises(DataError, match="is a rotation"):
+        read_pose(path)
 
 
 @pytest.mark.parametrize(
