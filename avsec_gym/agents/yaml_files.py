@@ -14,6 +14,8 @@ from avsec_gym.storage.text_files import read_text, write_text
 _MOST_BYTES = 2**17
 """rl-zoo3's largest file has 20 kB; PyYAML reads some 50 kB in a second."""
 _DEEPEST = 16
+_OF_TAGS = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
+"""What PyYAML raises of a tag whose text is none of its kind, such as ``!!float ''``."""
 
 
 def read_yaml(path: str | Path, *, remedy: str) -> dict[str, Any]:
@@ -34,7 +36,7 @@ def read_yaml(path: str | Path, *, remedy: str) -> dict[str, Any]:
         if problem := _structure_problem(yaml, text):
             raise DataError(f"The file {problem}.", path=path, remedy=remedy)
         value = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except (yaml.YAMLError, *_OF_TAGS, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         line = None if mark is None else mark.line + 1
         problem = getattr(error, "problem", None) or str(error)

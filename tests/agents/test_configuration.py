@@ -9,6 +9,7 @@ from torch import nn
 
 from avsec_gym.agents.algorithms import plain_arguments
 from avsec_gym.agents.configuration import configuration_of, shipped_configurations
+from avsec_gym.agents.yaml_files import read_yaml
 from avsec_gym.errors import ConfigurationError, DataError
 
 ENTRY = """
@@ -71,6 +72,51 @@ def test_what_cannot_be_is_refused(tmp_path: Path, line: str, problem: str) -> N
     with pytest.raises(DataError, match=problem) as error:
         configuration_of("GhostObject-v1", "ppo", path)
     assert str(path) in str(error.value)
+
+
+TAGS = [
+    "float",
+    "int",
+    "bool",
+    "null",
+    "timestamp",
+    "binary",
+    "set",
+    "omap",
+    "pairs",
+    "map",
+    "seq",
+    "str",
+]
+TEXTS = (
+    r'"\UFFFFFFFF"',
+    r'"\U00110000"',
+    "''",
+    "x",
+    "[]",
+    "{}",
+    "[1, 2]",
+    "{a: 1}",
+    "[[1]]",
+    "1_",
+    "-",
+    "0x",
+    "\u00e9",
+    "2001-99-99",
+)
+
+
+@pytest.mark.parametrize("tag", TAGS)
+def test_a_tag_with_any_text_is_plain_or_refused_by_the_file(tmp_path: Path, tag: str) -> None:
+    """PyYAML itself raises an IndexError of the first, a KeyError of the second, and so on."""
+    for text in TEXTS:
+        path = written(tmp_path, f"a: !!{tag} {text}\n")
+        try:
+            value = read_yaml(path, remedy="Mend it.")["a"]
+        except DataError as error:
+            assert str(path) in str(error)  # noqa: PT017
+        else:
+            assert isinstance(value, float | int | str | list | dict | None)
 
 
 def test_names_that_there_are_not(tmp_path: Path) -> None:

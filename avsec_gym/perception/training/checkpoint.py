@@ -133,7 +133,7 @@ def resume_optimizer(
     # What it remembers and its rate are the file's; its other settings are the configuration's.
     own = optimizer.state_dict()["param_groups"]
     try:
-        there = checkpoint.optimizer["param_groups"]
+        there = _listed_groups(checkpoint.optimizer)
         groups = [
             {**mine, "lr": _rate(its["lr"]), "params": its["params"]}
             for mine, its in zip(own, there, strict=True)
@@ -148,6 +148,16 @@ def resume_optimizer(
         for parameter in group["params"]:
             if problem := _problem_of_memory(optimizer.state[parameter], expected, parameter):
                 raise DataError(f"The optimizer's {problem}.", path=path, remedy=_DAMAGED)
+
+
+def _listed_groups(optimizer: dict[str, Any]) -> list[dict[str, Any]]:
+    """The groups of an optimizer's state, and nothing else beside its memory."""
+    state, groups = optimizer["state"], optimizer["param_groups"]
+    if not (isinstance(state, dict) and isinstance(groups, list)):
+        raise ValueError("it has no state and groups")
+    if not all(isinstance(each, dict) for each in (*state.values(), *groups)):
+        raise ValueError("its state or its groups are no dictionaries")
+    return groups
 
 
 def _rate(value: Any) -> float:

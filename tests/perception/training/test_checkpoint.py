@@ -22,7 +22,13 @@ from avsec_gym.perception.training.checkpoint import (
 WRONG: tuple[Any, ...] = (
     *(None, True, "a", b"a", 1j, -1, 10**30, float("nan"), float("inf"), -1.0, 1e308),
     *([], {}, [1, [2]], {1: 2}, {"a": None}, {"a": {"b": []}}),
-    *(torch.zeros(2), torch.zeros(0), torch.tensor(True), torch.full((2, 2), torch.nan)),
+    *(
+        torch.tensor(1.0),
+        torch.zeros(2),
+        torch.zeros(0),
+        torch.tensor(True),
+        torch.full((2, 2), torch.nan),
+    ),
 )
 
 
@@ -77,10 +83,10 @@ def test_whatever_stands_in_a_field_is_taken_or_refused_by_the_file(
 
 def test_whatever_the_optimizer_remembers_is_taken_or_refused_by_the_file(tmp_path: Path) -> None:
     """Of the settings nothing counts but the rate: they are the configuration's."""
-    for place in ("state", "param_groups"):
-        sound = checkpoint()
-        owner = sound.optimizer[place][0]
-        for name in list(owner):
+    sound = checkpoint()
+    state, groups = sound.optimizer["state"], sound.optimizer["param_groups"]
+    for owner in (sound.optimizer, state, groups, state[0], groups[0]):
+        for name in range(len(owner)) if isinstance(owner, list) else list(owner):
             right = owner[name]
             for wrong in WRONG:
                 owner[name] = wrong

@@ -112,7 +112,8 @@ def read_yaml_mapping(path: str | Path) -> YamlMapping:
     text = read_text(path, most=MAX_YAML_BYTES)
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
-    except yaml.YAMLError as error:
+    # ValueError and OverflowError: an escape that stands for no character.
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
         mark = getattr(error, "problem_mark", None)
         raise DataError(
             f"The file is no YAML ({getattr(error, 'problem', None) or 'of one document'}).",

@@ -93,6 +93,8 @@ def test_what_is_no_scenario_is_refused(tmp_path: Path) -> None:
         ("- 1", "no mapping", 1),
         ("a: 1\na: 2", "twice", 2),
         ("a: [1", "no YAML", 1),
+        (r'a: "\UFFFFFFFF"', "no YAML", None),
+        (r'a: "\U00110000"', "no YAML", None),
         ("", "empty", None),
         ("[" * 5000, "deep", None),
     ],
