@@ -50,6 +50,7 @@ class DriveFolder:
         self._rows = JsonLines(out / ROWS, DriveRow)
         self._seconds = JsonLines(out / SECONDS, DriveSeconds)
         self._check_settings(record)
+        self._check_seconds()
 
     @property
     def rows(self) -> dict[str, dict[str, Any]]:
@@ -87,6 +88,15 @@ class DriveFolder:
                     path=self.out / ROWS,
                     remedy="Take the line out: its drive is then driven again.",
                 )
+
+    def _check_seconds(self) -> None:
+        """Raise DataError where a drive lacks what is kept before its row."""
+        if without := [id for id in self.rows if id not in self._seconds.rows]:
+            raise DataError(
+                f"The seconds of {len(without)} drives are missing, of {without[0]!r:.80} first.",
+                path=self.out / SECONDS,
+                remedy=f"Take their lines out of {ROWS}: these drives are then driven again.",
+            )
 
     def _film(self, id: str) -> Path:
         return self.out / FILMS / f"{id.replace('/', '_')}.npz"

@@ -71,7 +71,7 @@ class NamedInstants:
             if not is_folder(source):
                 remedy = f"Name a folder of `avsec world make --suite connected`, or {SUITE!r}."
                 raise unknown_source(str(source), [SUITE], remedy)
-            ConnectedWorld(source)  # Refuses a folder of another layout.
+            ConnectedWorld(source).check_complete()  # Also refuses a folder of another layout.
         object.__setattr__(self, "source", source)
 
 

@@ -180,6 +180,19 @@ def test_drives_of_something_else_are_left_alone(
     assert content(out) == content(made)
 
 
+def test_drives_whose_rows_were_emptied_are_driven_again(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(made, out)
+    (out / "seconds.jsonl").write_text("")
+    drive(out, "--resume", code=1)
+    assert "seconds.jsonl" in capsys.readouterr().err
+    (out / "drives.jsonl").write_text("")
+    drive(out, "--resume")
+    assert content(out) == content(made)
+
+
 @pytest.mark.parametrize(
     ("words", "module", "extra"), [("--video mp4", "av", "video"), ("--rrd", "rerun", "rerun")]
 )

@@ -65,6 +65,15 @@ def test_a_row_is_of_a_drive_that_was_asked_for(tmp_path: Path) -> None:
         DriveFolder(other, RECORD)
 
 
+def test_a_row_has_its_seconds(tmp_path: Path) -> None:
+    write(tmp_path, ROW)
+    (tmp_path / SECONDS).write_text("")
+    with pytest.raises(DataError, match=r"seconds\.jsonl: The seconds of 1 drives are missing"):
+        DriveFolder(tmp_path, RECORD)
+    (tmp_path / ROWS).write_text("")
+    assert not DriveFolder(tmp_path, RECORD).rows
+
+
 @pytest.mark.parametrize("seconds", [None, "0.5", [1], True])
 def test_times_are_numbers(seconds: Any, tmp_path: Path) -> None:
     write(tmp_path, ROW, seconds)

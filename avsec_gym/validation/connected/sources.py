@@ -60,13 +60,14 @@ def connected_source(root: str | Path, poses: PosesOf = "measured") -> Connected
 
     Raises:
         ConfigurationError: Poses that this layout does not have.
-        DataError: There is nothing of the kind.
+        DataError: There is nothing of the kind, or a data set that lacks something.
     """
     root = Path(root)
     if not is_folder(root):
         raise DataError("There is no such folder.", path=root, remedy=_REMEDY)
     if is_folder(root / "objects") and is_folder(root / "vehicle_0"):
         world, known = ConnectedWorld(root), _not_registered(poses)
+        world.check_complete()
         return ConnectedSource(
             root, "connected", tuple(world.ids()), lambda: recorded_instants(world, known)
         )

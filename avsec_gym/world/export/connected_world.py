@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.regular_files import is_folder, read_text
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.export.instants import ConnectedInstant, read_instant, shared_objects
-from avsec_gym.world.export.manifest import read_manifest
+from avsec_gym.world.export.manifest import MANIFEST, read_manifest
 
 MEETINGS = "meetings.json"
 """Name of the file that states how much vehicles see of the same objects."""
@@ -27,6 +28,7 @@ _FARTHEST = 3e7
 _RIGID = 1e-3
 """How far a rotation that was read may be from one: files of others have few digits."""
 _REMEDY = "Name a data set of `avsec world make --suite connected`."
+_COMPLETE = "`avsec world make` with the same arguments completes a data set."
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,14 +71,50 @@ class ConnectedWorld:
         self.vehicles = tuple(KittiObject(self.root / f"vehicle_{i}") for i in range(len(folders)))
 
     def ids(self) -> list[str]:
-        """All instants, such as ``000000``, in order."""
-        return frame_ids(self.root / "objects", ".json")
+        """All instants, such as ``000000``, in order.
+
+        Raises:
+            DataError: A vehicle has a scan of an instant whose truth is missing.
+        """
+        listed = frame_ids(self.root / "objects", ".json")
+        folders = [data.folder / "velodyne" for data in self.vehicles]
+        scanned = {id for each in folders if is_folder(each) for id in frame_ids(each, ".bin")}
+        if missing := sorted(scanned.difference(listed)):
+            raise DataError(
+                f"What is true at an instant is missing, of which there are scans; so it is of"
+                f" {len(missing)} of {len(scanned)} instants.",
+                path=self.root / "objects" / f"{missing[0]}.json",
+                remedy=_COMPLETE,
+            )
+        return listed
+
+    def check_complete(self) -> None:
+        """Refuse a data set that lacks its manifest, or that was not made to its end.
+
+        Raises:
+            DataError: It is one of these.
+        """
+        if not self._manifest()["complete"]:
+            raise DataError("The data set is not complete.", path=self.root, remedy=_COMPLETE)
 
     @property
     def sweep(self) -> str:
-        """How its scans treat motion during a turn, a value of `avsec_gym.world.capture.Sweep`."""
-        settings = (read_manifest(self.root) or {}).get("settings", {})
-        return str(settings.get("sweep", "rolling"))
+        """How its scans treat motion during a turn, a value of `avsec_gym.world.capture.Sweep`.
+
+        Raises:
+            DataError: There is no manifest.
+        """
+        return str(self._manifest()["settings"].get("sweep", "rolling"))
+
+    def _manifest(self) -> dict[str, Any]:
+        manifest = read_manifest(self.root)
+        if manifest is None:
+            raise DataError(
+                "The manifest is missing, which states how the scans came about.",
+                path=self.root / MANIFEST,
+                remedy=_COMPLETE,
+            )
+        return manifest
 
     def drives(self) -> dict[int, list[str]]:
         """The instants of each drive, in order; single instants are drives of one."""

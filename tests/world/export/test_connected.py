@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.kitti import KittiObject, read_labels
 from avsec_gym.rig import SensorRig
+from avsec_gym.validation.connected.recordings import recorded_instants
+from avsec_gym.validation.connected.sources import connected_source
 from avsec_gym.world.capture import render
 from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export import (
@@ -209,6 +212,26 @@ def test_a_broken_truth_is_refused(drive: Path, tmp_path: Path) -> None:
         ConnectedWorld(tmp_path).instant("000000")
     with pytest.raises(DataError, match="no connected vehicles"):
         ConnectedWorld(tmp_path / "objects")
+
+
+def test_a_data_set_that_lacks_something_is_refused(drive: Path, tmp_path: Path) -> None:
+    whole = Path(shutil.copytree(drive, tmp_path / "whole"))
+    source = connected_source(whole)
+    assert len(source.names) > 1
+    truth = (whole / "objects" / f"{source.names[1]}.json").read_text()
+    (whole / "objects" / f"{source.names[1]}.json").unlink()
+    with pytest.raises(DataError, match=rf"{source.names[1]}\.json: .*1 of {len(source.names)}"):
+        connected_source(whole)
+    (whole / "objects" / f"{source.names[1]}.json").write_text(truth)
+    manifest = (whole / "manifest.json").read_text()
+    (whole / "manifest.json").write_text(manifest.replace('"complete": true', '"complete": false'))
+    with pytest.raises(DataError, match="not complete"):
+        connected_source(whole)
+    (whole / "manifest.json").unlink()
+    with pytest.raises(DataError, match=r"manifest\.json: The manifest is missing"):
+        connected_source(whole)
+    with pytest.raises(DataError, match=r"manifest\.json"):
+        next(recorded_instants(ConnectedWorld(whole)))
 
 
 @pytest.mark.parametrize("wrong", [1e300, -1e300, 2**62, -(2**62), None, "1", True, [], {}])
