@@ -10,15 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from numbers import Integral, Real
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
+LARGEST_SEED = 2**63 - 1
+"""What every generator of random numbers takes."""
 _LONGEST = 100
-"""Letters of a wrong value that a message shows."""
+"""Letters of a wrong value that a message shows, and of a name that is given to something."""
+_MOST_CAMERAS = 100
+_Kind = TypeVar("_Kind")
 
 
 def whole_number(name: str, value: Any, least: int, most: int | None = None) -> int:
@@ -88,6 +93,124 @@ def number_range(
     order = "the smaller one first" + (", or both equal" if may_be_one else "")
     expected = f"two numbers from {low:g} to {high:g}, {order}"
     raise _refused(name, expected, value, f"({low:g}, {high:g})")
+
+
+def number_or_range(name: str, value: Any, low: float, high: float) -> float | tuple[float, float]:
+    """A number, or two between which one is drawn; errors as of `whole_number`.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave: a number, or what `number_range` takes; the two may be equal.
+        low: The smallest number that is allowed.
+        high: The largest one.
+
+    Example:
+        >>> number_or_range("radius", 40, 1.0, 1000.0)
+        40.0
+    """
+    if isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim):
+        return number_range(name, value, low, high, may_be_one=True)
+    return number(name, value, low, high)
+
+
+def numbers(name: str, value: Any, count: int, low: float, high: float) -> tuple[float, ...]:
+    """So many numbers in a range; errors as of `whole_number`.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave: a tuple, a list or an array.
+        count: How many there are.
+        low: The smallest number that is allowed.
+        high: The largest one.
+
+    Example:
+        >>> numbers("colour", [1, 0.5, 0], 3, 0.0, 1.0)
+        (1.0, 0.5, 0.0)
+    """
+    given = value.tolist() if isinstance(value, np.ndarray) else value
+    several = isinstance(given, list | tuple) and len(given) == count
+    if several and all(_is(each, Real) and low <= each <= high for each in given):
+        return tuple(float(each) for each in given)
+    expected = f"{count} numbers from {low:g} to {high:g}"
+    raise _refused(name, expected, value, f"({', '.join(count * [f'{high:g}'])})")
+
+
+def camera_number(name: str, value: Any) -> int:
+    """The number of a camera, from 0 on; errors as of `whole_number`.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+    """
+    return whole_number(name, value, 0, _MOST_CAMERAS)
+
+
+def seed_number(name: str, value: Any) -> int:
+    """A seed; errors as of `whole_number`.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+    """
+    return whole_number(name, value, 0, LARGEST_SEED)
+
+
+def label(name: str, value: Any) -> str:
+    """A name that something has in results, which are lines and files.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+
+    Raises:
+        ConfigurationError: It is no text of 1 to 100 letters that can be printed.
+    """
+    if isinstance(value, str) and 0 < len(value) <= _LONGEST and value.isprintable():
+        return value
+    expected = f"a text of 1 to {_LONGEST} printable letters"
+    raise _refused(name, expected, value, "'mine'")
+
+
+def place(name: str, value: Any) -> Path:
+    """A file or a folder, there or not.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+
+    Raises:
+        ConfigurationError: It is no text and no path.
+    """
+    if isinstance(value, str | Path):
+        return Path(value)
+    raise ConfigurationError(f"{name} takes the name of a file or folder, got {shown(value)}")
+
+
+def instance_of(name: str, value: Any, kind: type[_Kind]) -> _Kind:
+    """An object of a class.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+        kind: The class.
+
+    Raises:
+        ConfigurationError: It is something else.
+    """
+    if isinstance(value, kind):
+        return value
+    raise ConfigurationError(f"{name} takes a {kind.__name__}, got {shown(value)}")
+
+
+def instance_or_none(name: str, value: Any, kind: type[_Kind]) -> _Kind | None:
+    """An object of a class, or None for the usual one; errors as of `instance_of`.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+        kind: The class.
+    """
+    return None if value is None else instance_of(name, value, kind)
 
 
 def flag(name: str, value: Any) -> bool:

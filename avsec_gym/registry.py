@@ -14,6 +14,7 @@ from importlib import import_module, metadata
 from inspect import Parameter, signature
 from typing import Any
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
@@ -201,6 +202,26 @@ def make(kind: Kind | str, what: Any) -> Any:
         raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}{where}") from error
 
 
+def made_part(argument: str, kind: Kind | str, what: Any) -> Any:
+    """What `make` makes, for an argument that takes a part; it has its kind's method.
+
+    Args:
+        argument: What the user calls the argument.
+        kind: One of `Kind`.
+        what: What the part is, as of `make`.
+
+    Raises:
+        ConfigurationError: As of `make` and `check`, and it names the argument.
+    """
+    try:
+        check(kind, what)
+        part = make(kind, what)
+        check(kind, part)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{argument}: {error}") from error
+    return part
+
+
 def check(kind: Kind | str, what: Any) -> None:
     """Refuse what `make` cannot know, and what is no such part; nothing is made.
 
@@ -227,7 +248,7 @@ def check(kind: Kind | str, what: Any) -> None:
     elif not hasattr(what, _METHODS[kind]):
         raise ConfigurationError(
             f"a {kind} is a name, a dictionary of a name and arguments, or an object that has "
-            f"{_METHODS[kind]}(), got {what!r}"
+            f"{_METHODS[kind]}(), got {shown(what)}"
         )
 
 
@@ -261,17 +282,19 @@ def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, An
     """The name that is asked for, which is registered, and the arguments."""
     asked = {"name": what} if isinstance(what, str) else dict(what)
     if "name" not in asked:
-        raise ConfigurationError(f"a {kind} given as a dictionary needs a 'name', got {what!r}")
+        raise ConfigurationError(
+            f"a {kind} given as a dictionary needs a 'name', got {shown(what)}"
+        )
     name = str(asked.pop("name"))
     if kind == Kind.ATTACK and name in AMBIGUOUS_ATTACKS:
         raise ConfigurationError(AMBIGUOUS_ATTACKS[name])
     if name not in (known := names(kind)):
         if others := [other.words for other in Kind if name in names(other)]:
             raise ConfigurationError(
-                f"{name!r} is {' and '.join(others)}, and {kind.words} is needed here. Known: "
+                f"{shown(name)} is {' and '.join(others)}, and {kind.words} is needed here. Known: "
                 f"{', '.join(known)}"
             )
-        problem = f"there is no {kind.replace('_', ' ')} named {name!r}"
+        problem = f"there is no {kind.replace('_', ' ')} named {shown(name)}"
         raise ConfigurationError(unknown_name(problem, name, known))
     return name, asked
 

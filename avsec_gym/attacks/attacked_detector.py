@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from avsec_gym.argument_checks import seed_number
 from avsec_gym.attacks.attack import Victim, quantised
 from avsec_gym.attacks.optical_attack import OpticalAttack
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.perception.detectors.detector import Detector
-from avsec_gym.registry import Kind, make, names
+from avsec_gym.registry import Kind, made_part, names
 
 
 class AttackedDetector:
@@ -32,12 +33,9 @@ class AttackedDetector:
     """
 
     def __init__(self, detector: Any, attack: Any, seed: int = 0) -> None:
-        self._detector: Detector = make(Kind.DETECTOR, detector)
-        self._attack = make(attack_kind(attack), attack)
-        for part, verb in ((self._detector, "detect"), (self._attack, "attack")):
-            if not callable(getattr(part, verb, None)):
-                raise ConfigurationError(f"a {type(part).__name__} has no {verb}(frame, ...)")
-        self._seed = seed
+        self._detector: Detector = made_part("detector", Kind.DETECTOR, detector)
+        self._attack = made_part("attack", attack_kind(attack), attack)
+        self._seed = seed_number("seed", seed)
         self.name = f"{self._detector.name} under {self._attack.name}"
 
     def detect(self, frame: SensorFrame) -> Boxes3D:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import camera_number, label, number, number_or_range, numbers
+from avsec_gym.attacks.argument_domains import PIXELS, RADII, SHARES, STRENGTHS
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.errors import ConfigurationError
@@ -20,6 +21,8 @@ THESIS_RADII = (187.0, 375.0)
 EDGE = float(np.exp(-2.0))
 """What is left of the peak at the radius, 13.5 %: how laser optics measures a Gaussian beam."""
 _FULL = 255.0
+_MOST_SATURATION = 0.999
+"""Share of the radius: where nothing is left of it, nothing falls off."""
 
 
 @dataclass(frozen=True)
@@ -57,29 +60,19 @@ class Facula:
     name: str = "facula"
 
     def __post_init__(self) -> None:
-        if (
-            isinstance(self.camera, bool)
-            or not isinstance(self.camera, Integral)
-            or self.camera < 0
-        ):
-            raise ConfigurationError(f"a camera is a number, got {self.camera!r}")
-        low, high = np.broadcast_to(self.radius, 2)
-        if not 0 < low <= high < np.inf:
-            raise ConfigurationError(
-                f"a facula has a positive radius, or a range of them, got {self.radius}"
-            )
-        if self.centre is not None and not np.isfinite(self.centre).all():
-            raise ConfigurationError(f"a facula's centre is a place, got {self.centre}")
-        colour = np.asarray(self.colour, float)
-        if colour.shape != (3,) or not ((colour >= 0) & (colour <= 1)).all() or not colour.any():
-            raise ConfigurationError(
-                f"a colour is three shares in [0, 1], not all of them 0, got {self.colour}"
-            )
-        if not (0 < self.strength < np.inf and 0 <= self.saturation < 1):
-            raise ConfigurationError(
-                "the strength is above 0 and the saturation from 0 to below 1, got "
-                f"{self.strength} and {self.saturation}"
-            )
+        checked = {
+            "camera": camera_number("camera", self.camera),
+            "radius": number_or_range("radius", self.radius, *RADII),
+            "centre": None if self.centre is None else numbers("centre", self.centre, 2, *PIXELS),
+            "strength": number("strength", self.strength, *STRENGTHS),
+            "colour": numbers("colour", self.colour, 3, *SHARES),
+            "saturation": number("saturation", self.saturation, 0.0, _MOST_SATURATION),
+            "name": label("name", self.name),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        if not any(self.colour):
+            raise ConfigurationError("colour takes three shares, not all of them 0")
 
     @property
     def sensors(self) -> frozenset[Sensor]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import camera_number, flag, label, number, number_or_range
+from avsec_gym.attacks.argument_domains import ANGLES, DISTANCES, SHARES, WIDTHS
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.errors import ConfigurationError
@@ -58,16 +60,19 @@ class LidarSpoofing:
     name: str = "lidar_spoofing"
 
     def __post_init__(self) -> None:
-        near, far = np.broadcast_to(self.distance, 2)
-        if not (0 < self.width < np.inf and 0 < self.height < np.inf and 0 < near <= far < np.inf):
-            raise ConfigurationError(
-                f"a bogus return has a positive width, height and distance, got {self.width} x "
-                f"{self.height} m at {self.distance} m"
-            )
-        if self.bearing is not None and not np.isfinite(self.bearing):
-            raise ConfigurationError(f"a bearing is an angle, got {self.bearing}")
-        if not 0 <= self.reflectance <= 1:
-            raise ConfigurationError(f"a reflectance is from 0 to 1, got {self.reflectance}")
+        bearing = self.bearing
+        checked = {
+            "width": number("width", self.width, *WIDTHS),
+            "height": number("height", self.height, *WIDTHS),
+            "distance": number_or_range("distance", self.distance, *DISTANCES),
+            "bearing": None if bearing is None else number("bearing", bearing, *ANGLES),
+            "reference": camera_number("reference", self.reference),
+            "rays_lost": flag("rays_lost", self.rays_lost),
+            "reflectance": number("reflectance", self.reflectance, *SHARES),
+            "name": label("name", self.name),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     @property
     def sensors(self) -> frozenset[Sensor]:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from avsec_gym.argument_checks import flag, label, number
+from avsec_gym.attacks.argument_domains import LEVELS
 from avsec_gym.attacks.attack import LEFT, RIGHT, Budget, Seed, Victim, with_pair
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 
 
@@ -23,7 +24,7 @@ class RandomNoise:
         name: Name of the attack in results.
 
     Raises:
-        ConfigurationError: The strength is not in (0, 255].
+        ConfigurationError: The strength is not above 0 and up to 255, or no flag or name is one.
     """
 
     strength: float = 4.0
@@ -31,10 +32,9 @@ class RandomNoise:
     name: str = "random_noise"
 
     def __post_init__(self) -> None:
-        if not 0 < self.strength <= 255:
-            raise ConfigurationError(
-                f"the strength of noise is above 0 and up to 255 grey levels, got {self.strength}"
-            )
+        object.__setattr__(self, "strength", number("strength", self.strength, *LEVELS))
+        object.__setattr__(self, "uniform", flag("uniform", self.uniform))
+        label("name", self.name)
 
     @property
     def budget(self) -> Budget:

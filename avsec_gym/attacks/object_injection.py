@@ -14,8 +14,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import instance_of, number_range, numbers, whole_number
+from avsec_gym.attacks.argument_domains import ANGLES, MOST_GHOSTS, PLACES, STEPS, WIDTHS
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, ego_to_camera
 
 _CAMERA_HEIGHT = 1.65
@@ -37,9 +38,10 @@ class GhostRange:
     """Height, width, length of a ghost, m; by default KITTI's mean car."""
 
     def __post_init__(self) -> None:
-        for low, high in (self.x, self.y, self.heading):
-            if not low < high:
-                raise ConfigurationError(f"a range of ghosts runs upwards, got {self}")
+        for name, limits in (("x", PLACES), ("y", PLACES), ("heading", ANGLES)):
+            object.__setattr__(self, name, number_range(name, getattr(self, name), *limits))
+        dimensions = numbers("dimensions", self.dimensions, 3, *WIDTHS)
+        object.__setattr__(self, "dimensions", dimensions)
 
     def decode(self, actions: Floats) -> tuple[NDArray[np.bool_], Floats]:
         """Actions to ghosts.
@@ -123,11 +125,19 @@ class RandomGhosts:
         ghosts: Number of ghosts at once.
         queries: Number of attempts.
         range: Range of the ghosts' places and sizes.
+
+    Raises:
+        ConfigurationError: No such number, or something else than a range.
     """
 
     ghosts: int = 2
     queries: int = 10
     range: GhostRange = GHOSTS["car"]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ghosts", whole_number("ghosts", self.ghosts, 0, MOST_GHOSTS))
+        object.__setattr__(self, "queries", whole_number("queries", self.queries, 1, STEPS))
+        instance_of("range", self.range, GhostRange)
 
     def attack(
         self, boxes: Boxes3D, is_unsafe: Callable[[Boxes3D], bool], seed: int | Sequence[int]

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from avsec_gym.argument_checks import flag, label, number, number_or_range, shown
+from avsec_gym.attacks.argument_domains import ANGLES, DISTANCES
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.object_scan import ObjectScan, object_pose, read_object_scan
 from avsec_gym.attacks.optical_attack import TamperedFrame
@@ -86,16 +89,20 @@ class PastedScan:
         scan = read_object_scan(self.scan) if isinstance(self.scan, str | Path) else self.scan
         if not isinstance(scan, ObjectScan):
             raise ConfigurationError(
-                "what is pasted is the scan of an object, or a file that `write_object_scan` "
-                f"wrote, got {scan!r}"
+                "scan takes the scan of an object, or a file that `write_object_scan` wrote, got "
+                f"{shown(scan)}"
             )
         object.__setattr__(self, "_scan", scan)
-        near, far = np.broadcast_to(self.distance, 2)
-        if not 0 < near <= far < np.inf:
-            raise ConfigurationError(f"an object is at a positive distance, got {self.distance}")
-        angles = [angle for angle in (self.bearing, self.heading) if angle is not None]
-        if not np.isfinite(angles).all():
-            raise ConfigurationError(f"bearing and heading are finite angles, got {angles}")
+        checked: dict[str, Any] = {
+            "distance": number_or_range("distance", self.distance, *DISTANCES),
+            "rays_lost": flag("rays_lost", self.rays_lost),
+            "name": label("name", self.name),
+        }
+        for name in ("bearing", "heading"):
+            if (angle := getattr(self, name)) is not None:
+                checked[name] = number(name, angle, *ANGLES)
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     @property
     def sensors(self) -> frozenset[Sensor]:

@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from avsec_gym.argument_checks import instance_of, label, number, one_of, shown
+from avsec_gym.attacks.argument_domains import RADII
 from avsec_gym.attacks.attack import LEFT, Budget, Seed, Victim
 from avsec_gym.attacks.patch_files import Patch, PatchCard, load_patch
 from avsec_gym.attacks.patch_pasting import largest_area, paste_on_frame
@@ -49,13 +51,12 @@ class PatchAttack:
     name: str = "patch"
 
     def __post_init__(self) -> None:
-        if self.placement not in ("random", "specific"):
-            raise ConfigurationError(
-                f"a patch is placed 'random' or 'specific', got {self.placement!r}"
-            )
+        one_of("placement", self.placement, ("random", "specific"))
+        if self.radius is not None:
+            object.__setattr__(self, "radius", number("radius", self.radius, *RADII))
+        instance_of("range", self.range, PatchRange)
+        label("name", self.name)
         object.__setattr__(self, "patch", _given(self.patch))
-        if self.radius is not None and self.radius <= 0:
-            raise ConfigurationError(f"a patch has a positive radius, got {self.radius}")
 
     @property
     def budget(self) -> Budget:
@@ -112,6 +113,10 @@ def _report_other_weights(card: PatchCard | None, detector: Any) -> None:
 def _given(patch: Patch | str | Path) -> Patch:
     if isinstance(patch, Patch):
         return patch
+    if not isinstance(patch, str | Path):
+        raise ConfigurationError(
+            f"patch takes a file, a Patch, 'grey' or 'noise', got {shown(patch)}"
+        )
     if patch == "grey":
         return Patch.grey()
     return Patch.noise() if patch == "noise" else load_patch(patch)

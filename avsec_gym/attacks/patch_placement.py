@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.argument_checks import number
+from avsec_gym.attacks.argument_domains import DISTANCES, WIDTHS
 from avsec_gym.attacks.attack import LEFT, RIGHT, Seed
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
@@ -21,6 +23,8 @@ from avsec_gym.scenario.intention import Intention
 RADIUS = 38.0
 """Pixels of images of 1242 x 375 (thesis, section 5.4.3)."""
 
+_TILTS = (0.001, 180.0)
+"""Degrees."""
 _ROUNDING = 1e-6
 """Pixels, so that a patch at the very edge of what can be is still inside."""
 
@@ -93,13 +97,13 @@ class PatchRange:
     tilt: float = 15.0
 
     def __post_init__(self) -> None:
-        if not (0 < self.nearest < self.farthest < np.inf and 0 < self.camera_height < np.inf):
+        for name in ("nearest", "farthest"):
+            number(name, getattr(self, name), *DISTANCES)
+        number("camera_height", self.camera_height, *WIDTHS)
+        number("tilt", self.tilt, *_TILTS)
+        if self.nearest >= self.farthest:
             raise ConfigurationError(
-                f"a patch stands in a range of distances above the ground, got {self}"
-            )
-        if not 0 < self.tilt <= 180:
-            raise ConfigurationError(
-                f"a tilt is positive, and 180 degrees at most, got {self.tilt}"
+                f"a patch stands in a range of distances, nearest below farthest, got {self}"
             )
 
     @property

@@ -19,6 +19,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from avsec_gym.argument_checks import flag, label, number, whole_number
+from avsec_gym.attacks.argument_domains import LEVELS, MOMENTA, STEPS
 from avsec_gym.attacks.attack import Budget, Seed, Victim, with_pair
 from avsec_gym.attacks.loss_gradient import loss_gradient
 from avsec_gym.boxes import Boxes3D
@@ -59,16 +61,18 @@ class Perturbation:
     needs_gradient: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        if not (0 < self.alpha <= 255 and (self.epsilon is None or 0 < self.epsilon <= 255)):
-            raise ConfigurationError(
-                f"alpha and epsilon are grey levels above 0 and up to 255, got {self.alpha} and "
-                f"{self.epsilon}"
-            )
-        if self.steps < 1 or not 0 <= self.momentum < math.inf:
-            raise ConfigurationError(
-                f"an attack takes a step or more and a momentum of 0 or more, got {self.steps} and "
-                f"{self.momentum}"
-            )
+        epsilon = self.epsilon
+        checked = {
+            "alpha": number("alpha", self.alpha, *LEVELS),
+            "epsilon": None if epsilon is None else number("epsilon", epsilon, *LEVELS),
+            "steps": whole_number("steps", self.steps, 1, STEPS),
+            "momentum": number("momentum", self.momentum, *MOMENTA),
+            "name": label("name", self.name),
+        }
+        for name in ("projected", "random_start", "shared"):
+            checked[name] = flag(name, getattr(self, name))
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
         if (self.projected and self.epsilon is None) or (self.random_start and not self.projected):
             raise ConfigurationError(
                 "a projection needs the epsilon of its ball, and a random start a projection"
@@ -174,6 +178,7 @@ def thesis_pgd(
 
 def fgsm(epsilon: float = 4.0, shared: bool = False) -> Perturbation:
     """The fast gradient sign method: one step of epsilon (Goodfellow et al., ICLR 2015)."""
+    epsilon = number("epsilon", epsilon, *LEVELS)
     return Perturbation(epsilon, epsilon, 1, shared=shared, name="fgsm")
 
 
@@ -184,6 +189,7 @@ def i_fgsm(
 
     Without `steps`, as many as the paper takes of alpha 1: min(epsilon + 4, 1.25 epsilon).
     """
+    epsilon = number("epsilon", epsilon, *LEVELS)
     if steps is None:
         steps = max(1, int(min(epsilon + 4, 1.25 * epsilon)))
     return Perturbation(alpha, epsilon, steps, projected=True, shared=shared, name="i_fgsm")
@@ -193,10 +199,10 @@ def mi_fgsm(
     epsilon: float = 4.0, steps: int = 4, momentum: float = 1.0, shared: bool = False
 ) -> Perturbation:
     """Momentum over gradients of L1 norm 1, alpha = epsilon / N (Dong et al., CVPR 2018)."""
-    if steps < 1:
-        raise ConfigurationError(f"an attack takes a step or more, got {steps}")
+    epsilon, steps = number("epsilon", epsilon, *LEVELS), whole_number("steps", steps, 1, STEPS)
+    alpha = max(epsilon / steps, LEVELS[0])
     return Perturbation(
-        epsilon / steps, epsilon, steps, momentum, projected=True, shared=shared, name="mi_fgsm"
+        alpha, epsilon, steps, momentum, projected=True, shared=shared, name="mi_fgsm"
     )
 
 
@@ -213,7 +219,8 @@ def projected_pgd(
     the range of pixels.  Without `alpha`, epsilon / 4: with 7 steps, the paper's proportions on
     CIFAR-10 (8, 2, 7).
     """
-    alpha = epsilon / 4 if alpha is None else alpha
+    epsilon = number("epsilon", epsilon, *LEVELS)
+    alpha = max(epsilon / 4, LEVELS[0]) if alpha is None else alpha
     return Perturbation(
         alpha, epsilon, steps, 0.0, True, random_start, shared, name="projected_pgd"
     )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import camera_number, shown
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
@@ -41,7 +42,8 @@ class SensorCombination:
         attacked = [sensor for attack in self.attacks for sensor in attack.sensors]
         if len(attacked) != len(set(attacked)):
             raise ConfigurationError(
-                "each sensor is attacked once, got attacks on " + ", ".join(map(str, attacked))
+                "each of the sensors is attacked once, got attacks on "
+                + ", ".join(map(str, attacked))
             )
 
     @property
@@ -75,12 +77,22 @@ def thesis_attack(sensors: Iterable[Sensor], reference: int = 2) -> SensorCombin
         sensors: Cameras' numbers and `LIDAR`.
         reference: The camera in whose view the bogus return is.
 
+    Raises:
+        ConfigurationError: Something else than sensors, or one of them twice.
+
     Example:
         >>> [sorted(thesis_attack(case).sensors, key=str) for case in [("lidar", 3), (2,)]]
         [[3, 'lidar'], [2]]
     """
+    array = isinstance(sensors, np.ndarray) and sensors.ndim != 1
+    if array or isinstance(sensors, str | Mapping) or not isinstance(sensors, Iterable):
+        raise ConfigurationError(
+            f"sensors takes cameras' numbers and {LIDAR!r}, such as [2, {LIDAR!r}], got "
+            f"{shown(sensors)}"
+        )
+    camera_number("reference", reference)
     attacks: list[OpticalAttack] = [
-        LidarSpoofing(reference=reference) if sensor == LIDAR else Facula(_camera(sensor))
+        LidarSpoofing(reference=reference) if _is_lidar(sensor) else Facula(_camera(sensor))
         for sensor in sensors
     ]
     return SensorCombination(tuple(attacks), name="thesis")
@@ -102,9 +114,16 @@ def attack_cases(system: SensorSystem, most: int | None = None) -> tuple[tuple[S
 
 
 def _camera(sensor: Sensor) -> int:
-    if isinstance(sensor, bool) or not isinstance(sensor, int) or sensor < 0:
-        raise ConfigurationError(f"a sensor is a camera's number or {LIDAR!r}, got {sensor!r}")
-    return sensor
+    try:
+        return camera_number("a sensor", sensor)
+    except ConfigurationError:
+        raise ConfigurationError(
+            f"sensors takes cameras' numbers and {LIDAR!r}, got {shown(sensor)} among them"
+        ) from None
+
+
+def _is_lidar(sensor: Sensor) -> bool:
+    return isinstance(sensor, str) and sensor == LIDAR
 
 
 def _label(sensor: Sensor) -> str:

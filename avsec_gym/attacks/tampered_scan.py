@@ -50,8 +50,8 @@ def inject_object(
     """
     sensor, low, high = _box_frame(to_velodyne, scan.dimensions)
     if ((sensor > low) & (sensor < high)).all():
-        x, y = to_velodyne[:2, 3]
-        raise ConfigurationError(f"an object at {(x, y)} would have the LiDAR in it")
+        x, y = to_velodyne[:2, 3].tolist()
+        raise ConfigurationError(f"an object at x {x:.2f}, y {y:.2f} m would have the LiDAR in it")
     pasted = scan.points.copy()
     pasted[:, :3] = transform_points(to_velodyne, scan.points[:, :3])
     lost = np.zeros(len(points), bool)

@@ -8,7 +8,7 @@ from typing import Any
 from avsec_gym.attacks.attack import Attack, Budget, Seed, Victim
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
-from avsec_gym.registry import Kind, make
+from avsec_gym.registry import Kind, made_part
 
 
 class TransferredAttack:
@@ -28,8 +28,8 @@ class TransferredAttack:
     """
 
     def __init__(self, attack: Any, of: Any) -> None:
-        self._attack: Attack = make(Kind.ATTACK, attack)
-        self._detector: Detector = make(Kind.DETECTOR, of)
+        self._attack: Attack = made_part("attack", Kind.ATTACK, attack)
+        self._detector: Detector = made_part("of", Kind.DETECTOR, of)
         self.name = f"{self._attack.name} of {self._detector.name}"
 
     @property

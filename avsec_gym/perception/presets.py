@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.errors import ConfigurationError
 
 
@@ -38,7 +39,7 @@ def preset_named(network: str, name: str, presets: Mapping[str, C]) -> C:
     """
     if name not in presets:
         raise ConfigurationError(
-            f"no {network} is called {name!r}; there are {', '.join(sorted(presets))}"
+            f"no {network} is called {shown(name)}; there are {', '.join(sorted(presets))}"
         )
     return presets[name]
 
@@ -51,8 +52,21 @@ def chosen_configuration(kind: type[P], given: P | str) -> tuple[P, str]:
         given: A configuration, which counts as a variation of ``small``; or a preset's name.
 
     Raises:
-        ConfigurationError: No preset has the name.
+        ConfigurationError: No preset has the name, or it is something else.
     """
     if isinstance(given, str):
         return kind.preset(given), given
-    return given, "small"
+    return checked_configuration(kind, given), "small"
+
+
+def checked_configuration(kind: type[P], given: Any) -> P:
+    """A configuration that is given as such.
+
+    Raises:
+        ConfigurationError: It is something else.
+    """
+    if isinstance(given, kind):
+        return given
+    raise ConfigurationError(
+        f"configuration takes the name of a preset, or a {kind.__name__}, got {shown(given)}"
+    )

@@ -17,9 +17,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from avsec_gym.argument_checks import camera_number, shown
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
-from avsec_gym.perception.weights.given import SHIPPED, Weights, give_weights
+from avsec_gym.perception.presets import chosen_configuration
+from avsec_gym.perception.weights.given import SHIPPED, Weights, check_weights, give_weights
 from avsec_gym.road_type import RoadType
 
 ROAD_TYPES = (RoadType.STREET, RoadType.HIGHWAY)
@@ -51,7 +53,7 @@ class RoadTypeConfiguration:
     def preset(cls, name: str) -> RoadTypeConfiguration:
         """The thesis gives no numbers; ``small`` is what was trained here."""
         if name != "small":
-            raise ConfigurationError(f"there is no road type preset {name!r}; known: small")
+            raise ConfigurationError(f"there is no road type preset {shown(name)}; known: small")
         return cls()
 
 
@@ -116,9 +118,14 @@ class DrivingConstraintSelector:
         weights: Weights = SHIPPED,
         cameras: tuple[int, ...] = (2, 3),
     ) -> None:
-        if isinstance(configuration, str):
-            configuration = RoadTypeConfiguration.preset(configuration)
-        self.configuration, self.cameras = configuration, cameras
+        configuration, _ = chosen_configuration(RoadTypeConfiguration, configuration)
+        if not isinstance(cameras, list | tuple) or not cameras:
+            raise ConfigurationError(
+                f"cameras takes cameras' numbers such as (2, 3), got {shown(cameras)}"
+            )
+        self.configuration = configuration
+        self.cameras = tuple(camera_number("cameras", camera) for camera in cameras)
+        check_weights(weights, f"{self.name}_small")
         self.network = RoadTypeNetwork(configuration)
         give_weights(self.network, weights, f"{self.name}_small")
 

@@ -107,7 +107,7 @@ class MotionPrimitivePlanner:
             except ValueError:
                 known = ", ".join(kind)
                 raise ConfigurationError(
-                    f"the planner's {name} is one of {known}, got {value!r}"
+                    f"the planner's {name} is one of {known}, got {shown(value)}"
                 ) from None
         if self.primitives is not None and not isinstance(self.primitives, MotionPrimitives):
             raise ConfigurationError(

@@ -10,6 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from avsec_gym.argument_checks import number, one_of, shown
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import SensorSystem, Triple
 from avsec_gym.validation.detection import detect_attack
@@ -59,6 +61,12 @@ class ThresholdValidator:
 
     def __post_init__(self) -> None:
         given = self.thresholds
+        if not isinstance(given, ThresholdTable | str | Path):
+            raise ConfigurationError(
+                f"thresholds takes a file or a ThresholdTable, got {shown(given)}"
+            )
+        object.__setattr__(self, "rate", number("rate", self.rate, 0.0, 1.0))
+        one_of("criterion", self.criterion, (*MEASURES, "any"))
         table = given if isinstance(given, ThresholdTable) else read_threshold_table(given)
         object.__setattr__(self, "_table", table)
         object.__setattr__(self, "_chosen", table.thresholds(self.rate, self.criterion))

@@ -54,5 +54,5 @@ def test_the_detector_sees_the_attacked_image() -> None:
 
 
 def test_what_does_not_detect_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="has no detect"):
+    with pytest.raises(ConfigurationError, match=r"detector: .* that has detect"):
         AttackedDetector(object(), "facula")

@@ -173,10 +173,10 @@ def test_other_files_are_refused_by_name_with_a_remedy(file: Path, tmp_path: Pat
     [
         ({}, r"'scan' \(its arguments: help\(avsec_gym.attacks.pasted_scan.PastedScan\)\)"),
         ({"scan": 3}, "scan of an object, or a file .* got 3"),
-        ({"distance": "far"}, "cannot be made"),
-        ({"distance": [1, 2, 3]}, "cannot be made"),
-        ({"bearing": float("nan")}, "finite angles"),
-        ({"heading": "left"}, "cannot be made"),
+        ({"distance": "far"}, "distance takes a number"),
+        ({"distance": [1, 2, 3]}, "distance takes two numbers"),
+        ({"bearing": float("nan")}, "bearing takes a number"),
+        ({"heading": "left"}, "heading takes a number"),
     ],
 )
 def test_wrong_arguments_by_name_are_refused(

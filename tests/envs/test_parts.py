@@ -30,7 +30,7 @@ from avsec_gym.validation.response import Response
         ({"detector": None}, "a detector is"),
         ({"detector": {"name": "dsgn", "weigths": "FILE"}}, 'mean "weights"'),
         ({"detector": "replayed"}, "needs the argument"),
-        ({"detector": {"name": "scan_obstacles", "step": "a"}}, "cannot be made"),
+        ({"detector": {"name": "scan_obstacles", "step": "a"}}, "step takes a number"),
         ({"planner": "astr"}, "astar"),
         ({"planner": 7}, "a planner is"),
         ({"planner": {"name": "astar", "node_limit": "many"}}, "node_limit takes"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from avsec_gym.argument_checks import camera_number
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import read_disparity
@@ -20,6 +21,10 @@ class GroundTruthDepth:
     """Reference camera."""
     right: int = 3
     """The other one of the pair for which the file was written."""
+
+    def __post_init__(self) -> None:
+        camera_number("left", self.left)
+        camera_number("right", self.right)
 
     def disparity(self, frame: SensorFrame) -> DisparityMap:
         """See `DepthEstimator`."""

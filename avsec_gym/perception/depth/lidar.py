@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import camera_number
 from avsec_gym.frame import Calibration, Points, SensorFrame
 from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.kitti.map_files import Disparity
@@ -25,6 +26,10 @@ class LidarDepth:
     """Reference camera."""
     right: int = 3
     """The camera whose baseline the disparities are for."""
+
+    def __post_init__(self) -> None:
+        camera_number("left", self.left)
+        camera_number("right", self.right)
 
     def disparity(self, frame: SensorFrame) -> DisparityMap:
         """See `DepthEstimator`."""

@@ -8,11 +8,13 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from avsec_gym.argument_checks import camera_number
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration, psmnet_loss
+from avsec_gym.perception.presets import checked_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, card_of, give_weights
+from avsec_gym.perception.weights.given import Weights, card_of, check_weights, give_weights
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.recorded import recorded_corners
 
@@ -49,12 +51,13 @@ class PsmNetDepth:
         right: int = 3,
     ) -> None:
         preset = configuration if isinstance(configuration, str) else "small"
+        self.left, self.right = camera_number("left", left), camera_number("right", right)
         if isinstance(configuration, str):
             configuration = _as_recorded(
                 PsmNetConfiguration.preset(configuration), card_of(weights, f"psmnet_{preset}")
             )
-        self.configuration = configuration
-        self.left, self.right = left, right
+        self.configuration = checked_configuration(PsmNetConfiguration, configuration)
+        check_weights(weights, f"psmnet_{preset}")
         self.network = PsmNet(configuration)
         give_weights(self.network, weights, f"{self.name}_{preset}")
 

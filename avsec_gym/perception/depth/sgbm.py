@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.kitti.map_files import Disparity
@@ -14,6 +15,13 @@ from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 
 _STEPS = 16.0
 """In which OpenCV counts a pixel."""
+_BETWEEN = {
+    "left": (0, 100),
+    "right": (0, 100),
+    "disparities": (16, 16_384),
+    "block": (1, 255),
+    "uniqueness": (0, 100),
+}
 
 
 @dataclass(frozen=True)
@@ -40,7 +48,9 @@ class SemiGlobalMatching:
     """Percent by which the best match beats the second."""
 
     def __post_init__(self) -> None:
-        if self.disparities < 16 or self.disparities % 16 or self.block < 1 or not self.block % 2:
+        for name, (least, most) in _BETWEEN.items():
+            object.__setattr__(self, name, whole_number(name, getattr(self, name), least, most))
+        if self.disparities % 16 or not self.block % 2:
             raise ConfigurationError(
                 "disparities are a positive multiple of 16 and the block is odd, got "
                 f"{self.disparities} and {self.block}"

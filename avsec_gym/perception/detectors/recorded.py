@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from avsec_gym.argument_checks import label, place
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
@@ -39,18 +40,19 @@ class Replayed:
         name: The name of the detector that wrote it; the folder's if None.
 
     Raises:
+        ConfigurationError: Neither a folder's name nor a detector's.
         DataError: There is no such folder.
     """
 
     def __init__(self, detections: str | Path, name: str | None = None) -> None:
-        self._folder = Path(detections)
+        self._folder = place("detections", detections)
         if not is_folder(self._folder):
             raise DataError(
                 "There is no such folder of detections.",
                 path=self._folder,
                 remedy="Name a folder of KITTI result files, such as 000107.txt.",
             )
-        self.name = name or self._folder.name
+        self.name = self._folder.name if name is None else label("name", name)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The content of the file of the frame's id.

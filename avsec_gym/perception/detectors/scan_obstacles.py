@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import number, whole_number
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.pixor.upright_boxes import (
@@ -24,6 +24,10 @@ _OBJECT_HEIGHT = 1.5
 _CELL = 0.2
 _TILE = 4.0
 _SURE = 10.0
+_LEAST = 0.001
+_MOST = {"step": 10.0, "ahead": 300.0, "aside": 300.0, "headroom": 100.0}
+"""Metres: no LiDAR of a car sees farther, and a grid of it fits into any memory."""
+_MOST_POINTS = 10**7
 
 
 @dataclass(frozen=True)
@@ -57,9 +61,9 @@ class ScanObstacles:
     fewest: int = 5
 
     def __post_init__(self) -> None:
-        sizes = (self.step, self.ahead, self.aside, self.headroom, self.fewest)
-        if not all(0 < size < np.inf for size in sizes):
-            raise ConfigurationError(f"all numbers of scan obstacles are positive, got {self}")
+        for name, most in _MOST.items():
+            object.__setattr__(self, name, number(name, getattr(self, name), _LEAST, most))
+        object.__setattr__(self, "fewest", whole_number("fewest", self.fewest, 1, _MOST_POINTS))
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The obstacles of a frame that camera 2 shows, if there is one.

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from avsec_gym.argument_checks import camera_number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.image_detector import ImageDetector
-from avsec_gym.registry import Kind, make
+from avsec_gym.registry import Kind, made_part
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,9 @@ class SingleImage:
     Args:
         detector: What `make_image_detector` takes.
         camera: The camera whose image is looked at.
+
+    Raises:
+        ConfigurationError: No such detector, or no camera's number.
     """
 
     detector: Any
@@ -28,7 +32,9 @@ class SingleImage:
     _detector: ImageDetector = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_detector", make(Kind.IMAGE_DETECTOR, self.detector))
+        object.__setattr__(self, "camera", camera_number("camera", self.camera))
+        detector = made_part("detector", Kind.IMAGE_DETECTOR, self.detector)
+        object.__setattr__(self, "_detector", detector)
         object.__setattr__(self, "name", self._detector.name)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:

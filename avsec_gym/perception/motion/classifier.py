@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from avsec_gym.argument_checks import camera_number, number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
@@ -17,7 +18,7 @@ from avsec_gym.perception.motion.displacement import likeliest_ways
 from avsec_gym.perception.motion.ego_motion import ego_motion
 from avsec_gym.perception.motion.network import CropBatch, MotionConfiguration, MotionNetwork
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import SHIPPED, Weights, give_weights
+from avsec_gym.perception.weights.given import SHIPPED, Weights, check_weights, give_weights
 
 _THRESHOLD = 0.5
 _SINGLE_THRESHOLD = 0.9
@@ -91,8 +92,10 @@ class MovingObjectClassifier:
     ) -> None:
         configuration, preset = chosen_configuration(MotionConfiguration, configuration)
         self.configuration = configuration
-        self.threshold, self.single_threshold = threshold, single_threshold
-        self.left, self.right = left, right
+        self.threshold = number("threshold", threshold, 0.0, 1.0)
+        self.single_threshold = number("single_threshold", single_threshold, 0.0, 1.0)
+        self.left, self.right = camera_number("left", left), camera_number("right", right)
+        check_weights(weights, f"{self.name}_{preset}")
         self.network = MotionNetwork(configuration)
         give_weights(self.network, weights, f"{self.name}_{preset}")
 

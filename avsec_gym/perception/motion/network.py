@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.errors import ConfigurationError
 
 _KERNEL = 3
@@ -53,7 +54,7 @@ class MotionConfiguration:
         """``vgg16``, the thesis' network, sees a single crop; ``small`` was trained here."""
         if name not in _PRESETS:
             raise ConfigurationError(
-                f"there is no motion preset {name!r}; known: {', '.join(_PRESETS)}"
+                f"there is no motion preset {shown(name)}; known: {', '.join(_PRESETS)}"
             )
         return _PRESETS[name]
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from torch import Tensor, nn
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.store import WHERE_FROM, load_weights, read_card
@@ -15,8 +17,36 @@ from avsec_gym.storage.regular_files import is_file
 SHIPPED = "shipped"
 """Stands for the weights that come with the package."""
 
+_LONGEST = 500
+"""Letters of what torch says of weights that do not fit."""
 Weights = str | Path | Mapping[str, Tensor] | None
 """A file as `save_weights` writes it; a ``state_dict``; `SHIPPED`; None for random ones."""
+
+
+def check_weights(weights: Any, name: str) -> None:
+    """Refuse what cannot be weights, before a network is made for them.
+
+    Args:
+        weights: What the user gave; see `Weights`.
+        name: The name as for `give_weights`.
+
+    Raises:
+        ConfigurationError: It is something else.
+        DataError: There is no such file, or none comes with the package.
+    """
+    if isinstance(weights, str | Path):
+        path = shipped_weights(name) if weights == SHIPPED else Path(weights)
+        if not is_file(path):
+            raise DataError("There are no weights here.", path=path, remedy=WHERE_FROM)
+        return
+    tensors = isinstance(weights, Mapping) and all(
+        isinstance(key, str) and isinstance(value, Tensor) for key, value in weights.items()
+    )
+    if weights is not None and not tensors:
+        raise ConfigurationError(
+            f"weights takes a file, {SHIPPED!r}, a dictionary of tensors, or None, got "
+            f"{shown(weights)}"
+        )
 
 
 def give_weights(network: nn.Module, weights: Weights, name: str) -> ModelCard | None:
@@ -35,11 +65,13 @@ def give_weights(network: nn.Module, weights: Weights, name: str) -> ModelCard |
             something else with the same weights, see `recorded`.
         DataError: The file is missing, damaged, or of another network.
     """
+    check_weights(weights, name)
     if isinstance(weights, Mapping):
         try:
             network.load_state_dict(weights)
         except RuntimeError as error:
-            raise ConfigurationError(f"weights of another network: {error}") from error
+            problem = " ".join(str(error).split())[:_LONGEST]
+            raise ConfigurationError(f"weights of another network: {problem}") from error
     network.eval().requires_grad_(False)
     if weights is None or isinstance(weights, Mapping):
         return None
@@ -56,6 +88,7 @@ def card_of(weights: Weights, name: str) -> ModelCard | None:
     Raises:
         DataError: No such weights come with the package, or the card is none.
     """
+    check_weights(weights, name)
     if weights is None or isinstance(weights, Mapping):
         return None
     return read_card(shipped_weights(name) if weights == SHIPPED else weights)

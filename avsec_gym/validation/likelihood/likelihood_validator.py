@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
+from avsec_gym.argument_checks import number, shown
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
@@ -34,6 +36,7 @@ class LikelihoodValidator:
             **s** is reported.
 
     Raises:
+        ConfigurationError: A rate or a certainty that cannot be.
         DataError: The file is missing or broken.
     """
 
@@ -46,6 +49,12 @@ class LikelihoodValidator:
 
     def __post_init__(self) -> None:
         given = self.model
+        if not isinstance(given, LikelihoodModel | str | Path):
+            raise ConfigurationError(f"model takes a file or a LikelihoodModel, got {shown(given)}")
+        object.__setattr__(self, "rate", number("rate", self.rate, 0.0, 1.0))
+        if self.certainty is not None:
+            certainty = number("certainty", self.certainty, 0.0, 1.0)
+            object.__setattr__(self, "certainty", certainty)
         model = given if isinstance(given, LikelihoodModel) else read_likelihood_model(given)
         object.__setattr__(self, "_model", model)
         object.__setattr__(self, "_depth", PairDepth.from_settings(model.on.depth))

@@ -62,7 +62,7 @@ def test_what_stands_up_in_a_scan_needs_no_file() -> None:
     assert isinstance(made, Detector)
     assert made == ScanObstacles()
     assert make_detector({"name": "scan_obstacles", "ahead": 30.0}) == ScanObstacles(ahead=30.0)
-    with pytest.raises(ConfigurationError, match="positive"):
+    with pytest.raises(ConfigurationError, match="step takes a number"):
         make_detector({"name": "scan_obstacles", "step": 0.0})
 
 

@@ -81,5 +81,5 @@ def test_a_frame_without_scan_and_numbers_that_cannot_be_are_refused() -> None:
         ScanObstacles().detect(SensorFrame("000000", CALIBRATION))
     empty = SensorFrame("000000", CALIBRATION, scan=np.zeros((0, 4), np.float32))
     assert not len(ScanObstacles().detect(empty))
-    with pytest.raises(ConfigurationError, match="positive"):
+    with pytest.raises(ConfigurationError, match="step takes a number"):
         ScanObstacles(step=0.0)

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from avsec_gym.argument_checks import instance_or_none, shown
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
@@ -24,8 +25,9 @@ from avsec_gym.perception.detectors.dsgn.losses import detection_losses
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork, DsgnOutput
 from avsec_gym.perception.detectors.dsgn.targets import anchor_targets, objects_to_learn
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
+from avsec_gym.perception.presets import checked_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, card_of
+from avsec_gym.perception.weights.given import Weights, card_of, check_weights
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
@@ -79,16 +81,21 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
         categories: Sequence[str] = ("Car",),
         rule: DecodingRule | None = None,
     ) -> None:
+        given_rule = instance_or_none("rule", rule, DecodingRule)
         preset = configuration if isinstance(configuration, str) else "small"
         if isinstance(configuration, str):
+            DsgnConfiguration.preset(configuration)
             card = card_of(weights, f"{self.name}_{preset}")
             configuration = preset_of_weights(configuration, card)
+        checked_configuration(DsgnConfiguration, configuration)
         known = [anchor.category for anchor in configuration.anchors]
-        if not set(categories) <= set(known):
-            raise ConfigurationError(f"this network knows {known}, not all of {categories}")
+        is_list = isinstance(categories, list | tuple) and len(categories) > 0
+        if not (is_list and all(isinstance(each, str) and each in known for each in categories)):
+            raise ConfigurationError(f"categories takes some of {known}, got {shown(categories)}")
+        check_weights(weights, f"{self.name}_{preset}")
         super().__init__(configuration, DsgnNetwork(configuration), weights, preset)
         self.categories = tuple(categories)
-        self.rule = rule or configuration.rule
+        self.rule = given_rule or configuration.rule
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `box2d` and `alpha`.

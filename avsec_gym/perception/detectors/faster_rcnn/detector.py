@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
+from avsec_gym.argument_checks import instance_of, instance_or_none, seed_number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.perception.detectors.box_selection import Selected, SelectionRule, select
 from avsec_gym.perception.detectors.faster_rcnn.configuration import FasterRcnnConfiguration
@@ -23,7 +24,7 @@ from avsec_gym.perception.nn.box_coding import clip_boxes, decode_boxes
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights
+from avsec_gym.perception.weights.given import Weights, check_weights
 
 _PUBLISHED_SAMPLE = SampleCount(anchors=256, regions=512)
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=96)
@@ -53,12 +54,14 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         sample: SampleCount | None = None,
         seed: int = 0,
     ) -> None:
+        self.rule = instance_of("rule", rule, SelectionRule)
+        given_sample = instance_or_none("sample", sample, SampleCount)
+        self.seed = seed_number("seed", seed)
         configuration, _ = chosen_configuration(FasterRcnnConfiguration, configuration)
+        check_weights(weights, f"{self.name}_{configuration.name}")
         super().__init__(configuration, FasterRcnnNetwork(configuration), weights)
-        self.rule = rule
         is_small = configuration.name == "small"
-        self.sample = sample or (_SMALL_SAMPLE if is_small else _PUBLISHED_SAMPLE)
-        self.seed = seed
+        self.sample = given_sample or (_SMALL_SAMPLE if is_small else _PUBLISHED_SAMPLE)
 
     def losses(
         self, images: Tensor, truth: Sequence[Boxes3D], sampling: Sampling | None = None

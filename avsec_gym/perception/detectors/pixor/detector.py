@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import torch
 
+from avsec_gym.argument_checks import instance_or_none
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
@@ -14,7 +15,7 @@ from avsec_gym.perception.detectors.pixor.decoding import DecodingRule, found_re
 from avsec_gym.perception.detectors.pixor.network import PixorNetwork
 from avsec_gym.perception.detectors.pixor.upright_boxes import ground_heights, upright_boxes
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights
+from avsec_gym.perception.weights.given import Weights, check_weights
 
 _SMALL_RULE = DecodingRule(candidates=512)
 """A near car has fifty cells: 64 may all be of the surest two."""
@@ -46,10 +47,12 @@ class PixorDetector(NetworkDetector[PixorConfiguration, PixorNetwork]):
         weights: Weights = None,
         rule: DecodingRule | None = None,
     ) -> None:
+        given_rule = instance_or_none("rule", rule, DecodingRule)
         configuration, preset = chosen_configuration(PixorConfiguration, configuration)
+        check_weights(weights, f"{self.name}_{preset}")
         super().__init__(configuration, PixorNetwork(configuration), weights, preset)
         published = configuration == PixorConfiguration.preset("default")
-        self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
+        self.rule = given_rule or (DecodingRule() if published else _SMALL_RULE)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `alpha`.

@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from avsec_gym.argument_checks import instance_or_none
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
@@ -20,7 +21,7 @@ from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view
 from avsec_gym.perception.detectors.pointrcnn.proposals import Proposals, from_above, refined_boxes
 from avsec_gym.perception.nn.rotated_nms import rotated_nms
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights
+from avsec_gym.perception.weights.given import Weights, check_weights
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,12 @@ class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork
         weights: Weights = None,
         rule: DecodingRule | None = None,
     ) -> None:
+        given_rule = instance_or_none("rule", rule, DecodingRule)
         configuration, preset = chosen_configuration(PointRcnnConfiguration, configuration)
+        check_weights(weights, f"{self.name}_{preset}")
         super().__init__(configuration, PointRcnnNetwork(configuration), weights, preset)
         published = configuration == PointRcnnConfiguration.preset("default")
-        self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
+        self.rule = given_rule or (DecodingRule() if published else _SMALL_RULE)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `alpha`; the score is the confidence.

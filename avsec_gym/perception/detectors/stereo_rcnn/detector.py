@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 from torch.nn.utils.rnn import pad_sequence
 
+from avsec_gym.argument_checks import instance_or_none, seed_number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
@@ -43,8 +44,9 @@ from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutpu
 from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling, draw_sampling
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
+from avsec_gym.perception.presets import checked_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, card_of
+from avsec_gym.perception.weights.given import Weights, card_of, check_weights
 
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
@@ -79,16 +81,22 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         sample: SampleCount | None = None,
         seed: int = 0,
     ) -> None:
+        given_rule = instance_or_none("rule", rule, DecodingRule)
+        given_alignment = instance_or_none("alignment", alignment, Alignment)
+        given_sample = instance_or_none("sample", sample, SampleCount)
+        self.seed = seed_number("seed", seed)
         if isinstance(configuration, str):
+            StereoRcnnConfiguration.preset(configuration)
             card = card_of(weights, f"{self.name}_{configuration}")
             configuration = preset_of_weights(configuration, card)
+        checked_configuration(StereoRcnnConfiguration, configuration)
+        check_weights(weights, f"{self.name}_{configuration.name}")
         network = StereoRcnnNetwork(configuration)
         super().__init__(configuration, network, weights, configuration.name)
         published = configuration.name == RESNET101.name
-        self.rule = rule or configuration.rule
-        self.alignment = alignment or configuration.alignment
-        self.sample = sample or (SampleCount() if published else _SMALL_SAMPLE)
-        self.seed = seed
+        self.rule = given_rule or configuration.rule
+        self.alignment = given_alignment or configuration.alignment
+        self.sample = given_sample or (SampleCount() if published else _SMALL_SAMPLE)
         self.term_weights = TermWeights(configuration.fit)
         if self.card is not None:
             self.term_weights.learned(self.card.beside)

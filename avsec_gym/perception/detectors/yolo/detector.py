@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
+from avsec_gym.argument_checks import instance_of
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.perception.detectors.box_selection import Selected, SelectionRule, select
 from avsec_gym.perception.detectors.image_network_detector import ImageNetworkDetector
@@ -17,7 +18,7 @@ from avsec_gym.perception.detectors.yolo.network import YoloNetwork, YoloOutput
 from avsec_gym.perception.detectors.yolo.targets import YoloTargets, find_targets
 from avsec_gym.perception.nn.box_coding import clip_boxes
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights
+from avsec_gym.perception.weights.given import Weights, check_weights
 
 
 class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
@@ -40,9 +41,10 @@ class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
         weights: Weights = None,
         rule: SelectionRule = SelectionRule(overlap=0.45),
     ) -> None:
+        self.rule = instance_of("rule", rule, SelectionRule)
         configuration, _ = chosen_configuration(YoloConfiguration, configuration)
+        check_weights(weights, f"{self.name}_{configuration.name}")
         super().__init__(configuration, YoloNetwork(configuration), weights)
-        self.rule = rule
 
     def losses(
         self, images: Tensor, truth: Sequence[Boxes3D], targets: YoloTargets | None = None

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.argument_checks import flag, number, number_range, shown, whole_number
+from avsec_gym.argument_checks import flag, label, number, number_range, shown, whole_number
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.object_scan import ObjectScan, cut_out_points, read_object_scan
 from avsec_gym.attacks.tampered_scan import inject_object
@@ -74,7 +74,7 @@ class PastedObject:
             object.__setattr__(self, "bearing", number("bearing", self.bearing, -_TURN, _TURN))
         whole_number("fewest", self.fewest, 1)
         flag("rays_lost", self.rays_lost)
-        check_name(self.name)
+        label("name", self.name)
         given = self.scan
         if not isinstance(given, ObjectScan | str | Path | None):
             raise ConfigurationError(f"scan takes a file or an ObjectScan, got {shown(given)}")
@@ -143,21 +143,6 @@ def check_vehicle(vehicle: Any) -> None:
     """
     if vehicle is not None:
         whole_number("vehicle", vehicle, 0)
-
-
-def check_name(name: Any) -> None:
-    """Check the name of an attack in results.
-
-    Raises:
-        ConfigurationError: It is no text of 1 to 100 letters that can be printed.
-    """
-    if not (isinstance(name, str) and 0 < len(name) <= _LONGEST_NAME and name.isprintable()):
-        raise ConfigurationError(
-            f"an attack's name has 1 to {_LONGEST_NAME} printable letters, got {shown(name)}"
-        )
-
-
-_LONGEST_NAME = 100
 
 
 def drawn_vehicle(

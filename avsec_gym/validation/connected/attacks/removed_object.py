@@ -7,12 +7,11 @@ from typing import get_args
 
 import numpy as np
 
-from avsec_gym.argument_checks import number, one_of, whole_number
+from avsec_gym.argument_checks import label, number, one_of, whole_number
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.tampered_scan import RemovedRays, remove_object
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, with_scan
 from avsec_gym.validation.connected.attacks.pasted_object import (
-    check_name,
     check_vehicle,
     drawn_vehicle,
 )
@@ -53,7 +52,7 @@ class RemovedObject:
             one_of("rays", self.rays, get_args(RemovedRays))
         number("farthest", self.farthest, _NEAREST, _FARTHEST)
         whole_number("fewest", self.fewest, 1)
-        check_name(self.name)
+        label("name", self.name)
 
     def attack(self, instant: RecordedInstant, seed: Seed = 0) -> AttackedInstant | None:
         """See `InstantAttack.attack`."""
