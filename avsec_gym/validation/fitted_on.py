@@ -169,6 +169,7 @@ def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
         weights = on.get("weights")
         if not isinstance(weights, str | None):
             raise ValueError("weights are named by their hash")
+        PairDepth.from_settings(on["depth"])  # What it refuses is the file's fault.
         return FittedOn(system, dict(on["depth"]), scales, data, weights), content
     except (KeyError, TypeError, ValueError, AttributeError, ConfigurationError) as error:
         raise broken(path, error) from error

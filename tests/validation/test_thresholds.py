@@ -192,6 +192,26 @@ def test_thresholds_know_the_weights_that_depth_had(tmp_path: Path) -> None:
     assert "weights" not in fitted_on(KITTI_SYSTEM, PairDepth(), calibration, {}).to_json()
 
 
+def test_whatever_a_file_holds_of_depth_is_taken_or_refused_by_the_file(
+    kitti_on: FittedOn, tmp_path: Path
+) -> None:
+    path = tmp_path / "thresholds.json"
+    write_fitted(path, "nothing", kitti_on, {}, overwrite=False)
+    sound = json.loads(path.read_text())
+    usual = {"name": "sgbm", "nearest": 3.5, "block": 5, "disparities": 64}
+    refused = 0
+    for wrong in (None, True, "a", "", -1, 0, 1e300, 10**18, [], [1], {}, {"a": 1}):
+        for depth in (wrong, *({**usual, name: wrong} for name in (*usual, "left", "other"))):
+            file = {**sound, "fitted_on": {**sound["fitted_on"], "depth": depth}}
+            path.write_text(json.dumps(file))
+            try:
+                read_fitted(path, "nothing")
+            except DataError as error:
+                assert str(path) in str(error)  # noqa: PT017
+                refused += 1
+    assert refused > 70
+
+
 @pytest.mark.parametrize("rate", [-0.1, 1.1, float("nan")])
 def test_rates_that_are_none(kitti_on: FittedOn, rate: float) -> None:
     with pytest.raises(ConfigurationError, match="from 0 to 1"):

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from avsec_gym.argument_checks import number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, Image
 from avsec_gym.kitti.map_files import Disparity
@@ -19,6 +20,8 @@ from avsec_gym.validation.evidence.seen_by_both import SeenByBoth
 
 _STEP = 16
 """OpenCV searches disparities by the 16."""
+_NEAREST = (0.01, 10_000.0)
+"""Metres."""
 _OWN = ("name", "nearest")
 """Arguments that are not the matcher's."""
 
@@ -57,10 +60,9 @@ class PairDepth:
                 "the depth of pairs is a name or a dictionary, since it is made for each pair; "
                 f"got {type(self.what).__name__}"
             )
-        if not (math.isfinite(self.nearest) and self.nearest > 0):
-            raise ConfigurationError(f"the nearest depth is positive, got {self.nearest} m")
+        number("nearest", self.nearest, *_NEAREST)
         check_depth(self.settings.get("name"))
-        if "nearest" in (settings := self.settings):
+        if (settings := self.settings)["name"] == "sgbm":
             arguments = {name: value for name, value in settings.items() if name not in _OWN}
             try:
                 WholeWidthMatching(**arguments)

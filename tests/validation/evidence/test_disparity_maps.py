@@ -188,7 +188,7 @@ def test_depth_that_cannot_be(wall: SensorFrame) -> None:
     rig = wall.calibration
     with pytest.raises(ConfigurationError, match="not right of"):
         PairDepth().estimator(rig, 2, 0)
-    with pytest.raises(ConfigurationError, match="positive"):
+    with pytest.raises(ConfigurationError, match="nearest takes a number"):
         PairDepth(nearest=0.0)
     with pytest.raises(ConfigurationError, match="name or a dictionary"):
         PairDepth(object())  # type: ignore[arg-type]
