@@ -58,8 +58,7 @@ def make(folder: Path) -> object:
 
 
 def look(folder: Path) -> object:
-    """Read all of a run, write its page as `avsec report` does, then go on with it."""
-    from avsec_gym.commands.report import Report
+    """Read all of a run, then go on with it."""
     from avsec_gym.runs.run_folder import RunFolder
 
     run = RunFolder.open(folder)
@@ -68,7 +67,6 @@ def look(folder: Path) -> object:
     for setting, strength in run.settings():
         seen.append(run.records(setting=setting, strength=strength))
         seen.append(run.detections(setting, strength))
-    Report(folder, pictures=0).written()
     report = make(folder)
     assert report.done + report.kept == 4, "a resumed run has all of its cells"  # type: ignore[attr-defined]
     return seen
