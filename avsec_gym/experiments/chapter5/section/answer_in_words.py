@@ -2,8 +2,9 @@
 
 For each detector: ``coupled`` where the interval of the rank correlation between loss of precision
 and loss of safety lies above zero; ``partly`` where nevertheless some pairs of attacks surely go
-the other way; ``reversed`` where it lies below zero; ``decoupled`` where it holds zero, and either
-such pairs exist or it is narrow; else it ``cannot tell``.  Of ``alike`` attacks, such as some that
+the other way; ``reversed`` where it lies below zero; ``decoupled`` where it holds zero and is
+narrow; else it ``cannot tell``, whatever single pairs do: that two of many attacks go against each
+other does not show that the others do not go together.  Of ``alike`` attacks, such as some that
 take no safety at all, there is no correlation, and of ``few`` scenarios there is no answer.
 """
 
@@ -112,7 +113,13 @@ def answer(decoupling: Decoupling) -> WordedAnswer:
 
 
 def kind_of(correlation: RankCorrelation, discordant: int) -> str:
-    """The kind of answer that a rank correlation and the pairs that contradict it give."""
+    """The kind of answer that a rank correlation and the pairs that contradict it give.
+
+    Args:
+        correlation: The rank correlation of one detector's attacks.
+        discordant: Number of the pairs that surely contradict it: they qualify what goes together
+            on the whole, and prove nothing by themselves.
+    """
     if correlation.rho is None or correlation.interval is None:
         return "alike" if correlation.attacks >= FEWEST else "nothing"
     low, high = correlation.interval
@@ -121,7 +128,7 @@ def kind_of(correlation: RankCorrelation, discordant: int) -> str:
     if high < 0:
         return "reversed"
     narrow = low >= -NARROW and high <= NARROW
-    return "decoupled" if discordant or narrow else "cannot tell"
+    return "decoupled" if narrow else "cannot tell"
 
 
 def _on_detector(row: UnattackedRow, decoupling: Decoupling) -> DetectorAnswer:

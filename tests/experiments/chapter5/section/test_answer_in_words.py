@@ -45,8 +45,9 @@ def losses(
     [
         (0.9, [0.6, 1.0], 0, "coupled", "Yes."),
         (0.6, [0.2, 0.8], 5, "partly", "Only in part."),
-        (0.1, [-0.4, 0.5], 5, "decoupled", "No."),
         (0.1, [-0.1, 0.2], 0, "decoupled", "No."),
+        (0.1, [-0.1, 0.2], 5, "decoupled", "No."),
+        (0.1, [-0.3, 0.3], 0, "decoupled", "No."),
         (-0.6, [-0.8, -0.2], 5, "reversed", "No, rather the reverse."),
         (0.3, [-0.4, 0.8], 0, "cannot tell", "This run cannot tell."),
         (None, None, 0, "alike", "This run cannot tell."),
@@ -57,6 +58,14 @@ def test_the_answer_follows_the_figures(
 ) -> None:
     found = answer(losses(rho, interval, discordant))
     assert (found.kind, found.word) == (kind, word)
+
+
+@pytest.mark.parametrize("discordant", [0, 1, 5, 66])
+@pytest.mark.parametrize("interval", [[-0.4, 0.2], [-0.1, 0.31], [-0.45, 0.5], [-1.0, 1.0]])
+def test_decoupled_asks_for_a_narrow_interval_whatever_single_pairs_do(
+    interval: list[float], discordant: int
+) -> None:
+    assert answer(losses(0.1, interval, discordant)).kind == "cannot tell"
 
 
 def test_two_attacks_have_no_ranks_to_compare() -> None:
