@@ -54,7 +54,7 @@ def remarks(
     fitted = _fitted(validator)
     if fitted is None:
         return []
-    return [fitted.remark, _seen_before(fitted.on, file, recording, judged)]
+    return [fitted.remark, fitted.vouched, _seen_before(fitted.on, file, recording, judged)]
 
 
 def fitted_among(data: Mapping[str, Any], recording: Path, frames: Sequence[RecordedFrame]) -> int:

@@ -105,6 +105,16 @@ class ThresholdValidator:
             f"thresholds of {', '.join(names)} are the largest values; {few}"
         )
 
+    @property
+    def vouched(self) -> str:
+        """The false positive rate that these thresholds can vouch for, in words."""
+        count = len(self._table)
+        return (
+            f"thresholds of {count:,} clean frames at r = {self.rate:g} vouch for a false alarm"
+            f" rate of each triple of {self._table.vouched_rate(self.rate, self.criterion):.2g} at"
+            " most (95 % confidence; frames of one drive are alike, and count as fewer)"
+        )
+
     def validate(self, frame: SensorFrame) -> Validation:
         """See `Validator`; maps are found only of those references that algorithm 2 reaches."""
         self.on.check(self.system, self._depth, frame.calibration)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.tolerance import rate_bound
 from avsec_gym.sensor_system import SensorSystem, Triple
 from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityError, DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
@@ -129,6 +130,25 @@ class ThresholdTable:
                 **{name: _order_statistic(values[name], allowed // rarer[name]) for name in rarer}
             )
         return result
+
+    def vouched_rate(self, rate: float, criterion: Criterion = "any") -> float:
+        """The false positive rate that the thresholds of every triple keep, with 95 % confidence.
+
+        As of `rate_bound`, of the triple with the most samples beyond.  Exact for one share of
+        independent samples; with ``any`` the samples beyond any of the thresholds are counted as if
+        by one share.  Frames of one drive are alike: of a few drives it promises too much.
+
+        Args:
+            rate: As of `thresholds`.
+            criterion: As of `thresholds`.
+
+        Raises:
+            ConfigurationError: As of `thresholds`.
+        """
+        chosen = self.thresholds(rate, criterion)
+        limits = np.array([chosen[triple].shares for triple in self.on.system.triples])
+        beyond = (self.shares > limits).any(axis=2).sum(axis=0)
+        return rate_bound(len(self), int(beyond.max()))
 
     def write(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Write all samples as JSON, whole or not at all.

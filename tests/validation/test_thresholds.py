@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import beta
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
@@ -95,6 +96,21 @@ def test_of_equal_samples_as_many_lie_beyond_as_can(
         counts.append(int((values > ranked[ranks, range(4)]).any(axis=1).sum()))
     allowed = max(count for count in counts if count <= rate * len(values) + 1e-6)
     assert (values > threshold.shares).any(axis=1).sum() == allowed
+
+
+@pytest.mark.parametrize(("rate", "above"), [(0.0, 0), (0.01, 2), (0.05, 10)])
+def test_thresholds_vouch_for_what_few_samples_can_show(
+    kitti_on: FittedOn, rate: float, above: int
+) -> None:
+    table = threshold_table(kitti_on, samples(kitti_on))
+    expected = beta.ppf(0.95, above + 1, 200 - above)
+    assert table.vouched_rate(rate, "error") == pytest.approx(expected)
+    assert table.vouched_rate(rate, "any") <= expected + 1e-12
+    assert table.vouched_rate(rate, "error") > rate
+
+
+def test_thresholds_below_every_sample_vouch_for_nothing(kitti_on: FittedOn) -> None:
+    assert threshold_table(kitti_on, samples(kitti_on)).vouched_rate(1.0, "error") == 1
 
 
 def test_detection_with_three_sensors() -> None:

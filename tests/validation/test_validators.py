@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import beta
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
@@ -142,6 +143,15 @@ def test_too_few_clean_frames_for_the_rate_are_said(
         assert ("ten times as many or more" in remark) == (criterion == "any")
     else:
         assert remark == ""
+
+
+def test_a_fit_says_what_it_vouches_for(wall_of: WallOf) -> None:
+    on = fitted_on(SYSTEM, PairDepth(), wall_of(0).calibration, {})
+    shares = np.random.default_rng(0).uniform(size=(600, len(SYSTEM.triples), 4))
+    said = ThresholdValidator(ThresholdTable(on, shares), 0.01, "error").vouched
+    assert "600 clean frames at r = 0.01" in said
+    # Six of 600 lie beyond: the 95 % quantile of Beta(7, 594).
+    assert f"of {beta.ppf(0.95, 7, 594):.2g} at most" in said
 
 
 def test_where_no_two_sensors_agree_none_is_named(wall_of: WallOf) -> None:

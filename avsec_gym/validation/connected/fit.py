@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.metrics.tolerance import rate_bound
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.connected.constants import ConnectedConstants
@@ -80,13 +81,8 @@ class ConnectedFit:
         Raises:
             ConfigurationError: A share that is none.
         """
-        if not 0 <= alarms < 1:
-            raise ConfigurationError(f"the share of false alarms is from 0 to 1, got {alarms}")
-        scores = np.sort(self.clean_scores)
-        beyond = min(int(alarms * len(scores) + 1e-9), len(scores) - 1)
         # The probability above that of the highest score that must not alarm.
-        highest = max(float(scores[len(scores) - 1 - beyond]), _LEAST_SCORE)
-        at = float(self.calibration.probability(highest))
+        at = float(self.calibration.probability(self._highest_without_alarm(alarms)))
         alarm = float(np.clip(np.nextafter(at, 1.0), 1e-6, 1 - 1e-12))
         rule = replace(
             self.rule, alarm=alarm, see_through=self.see_through, calibration=self.calibration
@@ -95,6 +91,21 @@ class ConnectedFit:
         return ConnectedConstants(
             self.rates, self.margins, rule, self.epsilon, theta, self.of_distance
         )
+
+    def vouched_alarms(self, alarms: float = 0.1) -> float:
+        """Share of attack-free instants that alarm by rays at most, with 95 % confidence.
+
+        As of `rate_bound`, if the attack-free instants that were fitted on are independent.
+
+        Args:
+            alarms: As of `constants`.
+
+        Raises:
+            ConfigurationError: As of `constants`.
+        """
+        highest = self._highest_without_alarm(alarms)
+        beyond = int((np.array(self.clean_scores) > highest).sum())
+        return rate_bound(len(self.clean_scores), beyond)
 
     def check(self, scans: Sequence[VehicleScan]) -> None:
         """Check that it holds for the LiDARs of an instant, too.
@@ -118,6 +129,14 @@ class ConnectedFit:
         named = ", ".join(f"{word} {data[key]}" for key, word in words.items() if key in data)
         counts = f"{data.get('instants')} instants {where}, attacked {data.get('attacked')} times"
         return f"fitted on {counts}" + (f" ({named})" if named else "")
+
+    def _highest_without_alarm(self, alarms: float) -> float:
+        """The highest score of the attack-free instants that must not alarm."""
+        if not 0 <= alarms < 1:
+            raise ConfigurationError(f"the share of false alarms is from 0 to 1, got {alarms}")
+        scores = np.sort(self.clean_scores)
+        beyond = min(int(alarms * len(scores) + 1e-9), len(scores) - 1)
+        return max(float(scores[len(scores) - 1 - beyond]), _LEAST_SCORE)
 
 
 _LEAST_SCORE = 0.0

@@ -80,6 +80,17 @@ class LikelihoodValidator:
             f"held out none raises an alarm; it takes {math.ceil(1 / self.rate):,}"
         )
 
+    @property
+    def vouched(self) -> str:
+        """The false positive rate that this model can vouch for, in words; empty without frames."""
+        if not (count := len(self._model.clean_scores)):
+            return ""
+        return (
+            f"{count:,} clean frames that were held out vouch, at r ="
+            f" {self.rate:g}, for a false alarm rate of {self._model.vouched_rate(self.rate):.2g}"
+            " at most (95 % confidence; frames of one drive are alike, and count as fewer)"
+        )
+
     def validate(self, frame: SensorFrame) -> Validation:
         """See `Validator`."""
         self.on.check(self.system, self._depth, frame.calibration)

@@ -28,6 +28,7 @@ from scipy import special
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.tolerance import rate_bound
 from avsec_gym.validation.evidence.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn, broken, read_fitted, write_fitted
 from avsec_gym.validation.likelihood.normal_scores import NormalScores
@@ -211,6 +212,22 @@ class LikelihoodModel:
         familiar = strangeness <= strangest
         alarms = ~familiar | (self._alarm_scores(likelihoods) > score)
         return Decoding(self._posterior(likelihoods, prior), alarms, familiar)
+
+    def vouched_rate(self, rate: float) -> float:
+        """The false alarm rate that the thresholds of `decode` keep, with 95 % confidence.
+
+        As of `rate_bound`, of the held-out clean frames that they alarm at, if these frames are
+        independent.
+
+        Args:
+            rate: As of `decode`.
+
+        Raises:
+            ConfigurationError: As of `decode`.
+        """
+        score, strangest = self._alarm_thresholds(rate)
+        alarms = (self.strangest > strangest) | (self.clean_scores > score)
+        return rate_bound(len(alarms), int(alarms.sum()))
 
     def write(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Write all parameters as JSON, whole or not at all.

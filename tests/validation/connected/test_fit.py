@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import beta
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.attacks.removed_object import RemovedObject
@@ -46,6 +47,17 @@ def test_a_fit_comes_back_from_its_file(shipped: ConnectedFit, tmp_path: Path) -
     assert read_connected_fit(path) == unknown
     with pytest.raises(DataError):
         write_connected_fit(path, shipped)
+
+
+@pytest.mark.parametrize(("alarms", "above"), [(0.0, 0), (0.1, 3), (0.2, 6)])
+def test_a_fit_vouches_for_what_its_instants_can_show(
+    shipped: ConnectedFit, alarms: float, above: int
+) -> None:
+    thirty = replace(shipped, clean_scores=tuple(np.linspace(0.1, 3.0, 30)))
+    assert thirty.vouched_alarms(alarms) == pytest.approx(beta.ppf(0.95, above + 1, 30 - above))
+    # Scores that speak against an attack never alarm, however many may.
+    quiet = replace(shipped, clean_scores=(-2.0, -1.0, -0.5))
+    assert quiet.vouched_alarms(0.4) == pytest.approx(beta.ppf(0.95, 1, 3))
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.stats import beta
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
@@ -330,6 +331,18 @@ def test_a_rate_that_too_few_clean_frames_can_show_is_remarked(
     rare = LikelihoodValidator(model, 0.004).remark
     assert "of 100 clean frames" in rare
     assert rare.endswith("it takes 250")
+
+
+@pytest.mark.parametrize(("rate", "above"), [(0.0, 0), (0.05, 5), (0.2, 20)])
+def test_a_model_vouches_for_what_its_clean_frames_can_show(
+    judged: tuple[LikelihoodModel, Any, Any], rate: float, above: int
+) -> None:
+    model, _, _ = judged
+    expected = beta.ppf(0.95, above + 1, 100 - above)
+    assert model.vouched_rate(rate) == pytest.approx(expected)
+    said = LikelihoodValidator(model, rate).vouched
+    assert said.startswith("100 clean frames")
+    assert f"of {expected:.2g} at most" in said
 
 
 def test_strange_frames_are_a_part_of_the_false_alarms(
