@@ -13,13 +13,8 @@ from functools import partial
 
 import numpy as np
 
-from avsec_gym.experiments.chapter5.decoupling import (
-    TRUE_ATTACKS,
-    Sampled,
-    precision,
-    safety,
-    spearman,
-)
+from avsec_gym.experiments.chapter5.decoupling import spearman
+from avsec_gym.experiments.chapter5.losses import TRUE_ATTACKS, Sampled, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.experiments.chapter5.seen import found_cars

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avsec_gym.experiments.chapter5.decoupling import Sampled, precision, safety
+from avsec_gym.experiments.chapter5.losses import Sampled, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.experiments.chapter5.settings import (

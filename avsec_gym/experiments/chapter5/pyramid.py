@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.decoupling import precision, safety
+from avsec_gym.experiments.chapter5.losses import precision, safety
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import (

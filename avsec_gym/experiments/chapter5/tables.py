@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
@@ -27,6 +28,7 @@ from avsec_gym.experiments.thesis import (
     ThesisRates,
 )
 from avsec_gym.metrics.average_precision import LOW_IOU
+from avsec_gym.metrics.many_comparisons import holm_adjusted
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
@@ -45,6 +47,8 @@ class SafetyRow:
         rates: The three rates.
         paired: Their differences from the unattacked detector; None where that is not there.
         thesis: The thesis' rates, where it has them.
+        mcnemar_p_holm: The p-value of `paired` after Holm's correction for all rows of attacks;
+            None where there is none.
     """
 
     condition: Condition
@@ -52,6 +56,7 @@ class SafetyRow:
     rates: SafetyRates
     paired: PairedRates | None
     thesis: ThesisRates | None
+    mcnemar_p_holm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -151,7 +156,19 @@ def safety_rows(outcomes: Outcomes) -> list[SafetyRow]:
                     None if condition.whole_levels else thesis,
                 )
             )
-    return rows
+    corrected = holm_adjusted([_p_of_attack(row) for row in rows])
+    return [
+        replace(row, mcnemar_p_holm=None if math.isnan(p) else p)
+        for row, p in zip(rows, corrected.tolist(), strict=True)
+    ]
+
+
+def _p_of_attack(row: SafetyRow) -> float:
+    """McNemar's p; NaN where there is none, and of no attack, which is compared with itself."""
+    if row.paired is None or row.condition.attack == UNATTACKED:
+        return math.nan
+    p = row.paired.mcnemar_p
+    return math.nan if p is None else p
 
 
 def precision_rows(outcomes: Outcomes) -> list[PrecisionRow]:

@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter5.controls import (
     rounding_rows,
     trend_rows,
 )
-from avsec_gym.experiments.chapter5.decoupling import precision
+from avsec_gym.experiments.chapter5.losses import precision
 from avsec_gym.experiments.chapter5.outcomes import Condition
 
 CLEAN, PGD = Condition("dsgn"), Condition("dsgn", "thesis_pgd-0.4", 4.0)

@@ -8,15 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from avsec_gym.experiments.chapter5.decoupling import (
-    RankCorrelation,
-    decoupling,
-    discordant_pairs,
-    losses,
-    precision,
-    rank_correlation,
-    safety,
-)
+from avsec_gym.experiments.chapter5.decoupling import RankCorrelation, decoupling, rank_correlation
+from avsec_gym.experiments.chapter5.losses import losses, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.metrics.average_precision import average_precision
 from avsec_gym.metrics.average_precision_curves import draw_resamples
@@ -61,17 +54,6 @@ def test_losses_that_have_nothing_to_do_with_each_other_are_not(made: ModuleType
     assert abs(correlation.rho) < 0.4
     assert correlation.interval is not None
     assert correlation.interval[0] < 0 < correlation.interval[1]
-
-
-def test_pairs_that_surely_go_against_each_other_are_found(made: ModuleType) -> None:
-    # The first takes all precision and no safety, the second the other way round.
-    result = discordant_pairs(losses(taking(made, [40, 0, 40], [0, 30, 30]))[:3])
-    assert (result.pairs, result.concordant, result.discordant) == (3, 0, 1)
-    assert result.example is not None
-    first, second = result.example
-    assert (first.condition.strength, second.condition.strength) == (1, 2)
-    assert first.precision_lost.value > second.precision_lost.value
-    assert first.safety_lost.value < second.safety_lost.value
 
 
 def test_bootstrap_samples_are_those_of_the_scenarios_drawn(made: ModuleType) -> None:

@@ -53,6 +53,8 @@ def test_safety_is_told_by_intention_with_the_thesis_and_paired(found) -> None: 
     assert row.thesis == ThesisRates(0.906, 0.035, 0.874)
     assert (row.paired.became_unsafe, row.paired.became_safe) == (2, 0)
     assert row.paired.mcnemar_p == 0.5
+    # Nine rows of attacks: three of the specific patch count first, with 0.25 each.
+    assert row.mcnemar_p_holm == 1
     assert rows["unattacked", "left"].thesis.safe == 0.87
 
 

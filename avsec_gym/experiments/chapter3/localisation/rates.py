@@ -11,7 +11,7 @@ import numpy as np
 from avsec_gym.experiments.chapter3.localisation.measures import CAR, attacks_of
 from avsec_gym.experiments.chapter3.localisation.repaired_frames import LOCALISATION_OPTIONS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.experiments.chapter5.decoupling import Sampled
+from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.runs.experiment import Configuration

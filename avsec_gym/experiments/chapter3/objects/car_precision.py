@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.decoupling import Sampled
+from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision import METRICS, average_precision
 from avsec_gym.metrics.average_precision_frames import LEVELS

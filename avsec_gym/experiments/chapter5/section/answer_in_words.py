@@ -15,12 +15,8 @@ from dataclasses import dataclass
 
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.decoupling import (
-    Decoupling,
-    LossRow,
-    RankCorrelation,
-    UnattackedRow,
-)
+from avsec_gym.experiments.chapter5.decoupling import Decoupling, RankCorrelation, UnattackedRow
+from avsec_gym.experiments.chapter5.losses import LossRow
 from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS
 
@@ -153,8 +149,9 @@ def _on_detector(row: UnattackedRow, decoupling: Decoupling) -> DetectorAnswer:
             rho = number(correlation.rho, digits=2)
             interval = bounds(correlation.interval, digits=2)
             evidence = (
-                f"ρ = {rho} {interval} over {correlation.attacks} attacks,"
-                f" {pairs.discordant} of {pairs.pairs} pairs contradict it"
+                f"ρ = {rho} {interval} over {correlation.attacks} attacks; of {pairs.pairs} pairs"
+                f" {pairs.concordant} surely go with it, {pairs.discordant} surely against it,"
+                f" {pairs.undecided} are undecided"
             )
     took = [_sentence(row, attack) for attack in strongest]
     return DetectorAnswer(row.detector, detector_name(row.detector), kind, evidence, took)

@@ -19,7 +19,7 @@ from avsec_gym.drawing.page_plots import (
 )
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.decoupling import LossRow
+from avsec_gym.experiments.chapter5.losses import LossRow
 from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,

@@ -53,6 +53,7 @@ def paired_table(rows: Sequence[SafetyRow]) -> Table:
             _count(row.paired.became_unsafe),
             _count(row.paired.became_safe),
             TableCell(p_value(row.paired.mcnemar_p), key=row.paired.mcnemar_p),
+            TableCell(p_value(row.mcnemar_p_holm), key=row.mcnemar_p_holm),
         ]
         for row in rows
         if row.paired is not None and row.condition.attack != UNATTACKED
@@ -60,10 +61,11 @@ def paired_table(rows: Sequence[SafetyRow]) -> Table:
     return Table(
         "Paired tests: the same scenarios, unattacked and attacked",
         ["detector", "attack", "intention", "safe driving, change", "became unsafe", "became safe",
-         "p"],
+         "p", "p, corrected"],
         lines,
-        "p: McNemar’s exact test, two-sided, not corrected for the number of rows. Change in"
-        " percentage points; in brackets: 95 % bootstrap intervals over scenarios.",
+        "p: McNemar’s exact test, two-sided; corrected: by Holm’s method for the number of rows."
+        " Change in percentage points; in brackets: 95 % bootstrap intervals over scenarios, not"
+        " corrected.",
         names=3, sortable=True, filters=(0, 2), folded=True,
     )  # fmt: skip
 

@@ -9,11 +9,11 @@ import pytest
 from avsec_gym.experiments.chapter5.decoupling import (
     AttackRow,
     Decoupling,
-    DiscordantPairs,
     RankCorrelation,
     UnattackedRow,
 )
 from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.chapter5.pairs_of_attacks import DiscordantPairs
 from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.section.answer_in_words import answer
 
@@ -36,7 +36,7 @@ def losses(
         [UnattackedRow("dsgn", Estimate(45.0), Estimate(90.0))],
         [attack],
         {"dsgn": correlation, "both": correlation},
-        {"dsgn": DiscordantPairs(66, 3, discordant)},
+        {"dsgn": DiscordantPairs(66, 3, discordant, 63 - discordant)},
     )
 
 
@@ -60,12 +60,19 @@ def test_the_answer_follows_the_figures(
     assert (found.kind, found.word) == (kind, word)
 
 
-@pytest.mark.parametrize("discordant", [0, 1, 5, 66])
+@pytest.mark.parametrize("discordant", [0, 1, 5, 63])
 @pytest.mark.parametrize("interval", [[-0.4, 0.2], [-0.1, 0.31], [-0.45, 0.5], [-1.0, 1.0]])
 def test_decoupled_asks_for_a_narrow_interval_whatever_single_pairs_do(
     interval: list[float], discordant: int
 ) -> None:
     assert answer(losses(0.1, interval, discordant)).kind == "cannot tell"
+
+
+def test_pairs_are_counted_after_correction() -> None:
+    (one,) = answer(losses(0.1, [-0.4, 0.5], 5)).detectors
+    assert one.evidence.endswith(
+        "of 66 pairs 3 surely go with it, 5 surely against it, 58 are undecided"
+    )
 
 
 def test_two_attacks_have_no_ranks_to_compare() -> None:
@@ -95,7 +102,7 @@ def test_detectors_may_differ() -> None:
         [*one.unattacked, UnattackedRow("stereo_rcnn", Estimate(40.0), Estimate(90.0))],
         one.attacks,
         {**one.rank_correlation, "stereo_rcnn": RankCorrelation(12, -0.5, [-0.8, -0.1])},
-        dict.fromkeys(("dsgn", "stereo_rcnn"), DiscordantPairs(66, 3, 0)),
+        dict.fromkeys(("dsgn", "stereo_rcnn"), DiscordantPairs(66, 3, 0, 63)),
     )
     found = answer(both)
     assert found.kind == "depends"

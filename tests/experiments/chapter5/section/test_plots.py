@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from avsec_gym.experiments.chapter5.decoupling import LossRow
+from avsec_gym.experiments.chapter5.losses import LossRow
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend, thesis_losses
