@@ -1,0 +1,146 @@
+"""All that a car can do in the next two seconds: the chains of motion primitives from its start.
+
+The planner picks one of them; measures that ask how a belief changes what the car would do need all
+of them, and how much the planner likes each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats, wrap_angle
+from avsec_gym.metrics.collision_check import TrajectoryBatch, batch_collides, present_poses
+from avsec_gym.planners.primitives import MotionPrimitives, suitable_primitives
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
+from avsec_gym.scenario.shapes import Rectangle
+
+CHAIN = 4
+"""Primitives in a chain, of half a second each: two seconds bring a car to its goal, 15 m ahead."""
+_AWAY = 1e6
+"""Metres: where objects are put that are not there yet."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryBundle:
+    """B trajectories from one start, in one scenario without its obstacles.
+
+    Args:
+        states: States from the start on, as of `Plan.trajectory`, shape (B, T, 5).
+        lengths: Number of states up to the first one that is in the goal, or all, shape (B,).
+        cost: Cost-to-go as A* counts it, shape (B,), seconds: time to the goal, or else the time
+            of all states and that to drive from there to the goal region as the crow flies.
+    """
+
+    states: Floats
+    lengths: NDArray[np.int64]
+    cost: Floats
+
+    def touching(self, scenario: PlanningScenario) -> NDArray[np.bool_]:
+        """Which trajectories touch an obstacle before they are in the goal, shape (B,).
+
+        Args:
+            scenario: A scenario with rectangles as obstacles.
+        """
+        obstacles, count = scenario.obstacles, self.states.shape[1]
+        if not len(obstacles):
+            return np.zeros(len(self.states), bool)
+        poses, half_sizes = _laid_out(obstacles, count, scenario.start.step)
+        many = len(self.states)
+        batch = TrajectoryBatch(
+            self.states,
+            self.lengths,
+            np.repeat(poses[None], many, axis=0),
+            np.repeat(half_sizes[None], many, axis=0),
+        )
+        return batch_collides(batch, suitable_primitives(scenario).vehicle)
+
+
+def trajectory_bundle(scenario: PlanningScenario, chain: int = CHAIN) -> TrajectoryBundle:
+    """All trajectories of so many primitives, whatever stands in their way.
+
+    Args:
+        scenario: Start, goal and road type count; obstacles and the road edge do not.
+        chain: Number of primitives of each.
+    """
+    primitives, (goal,) = suitable_primitives(scenario), scenario.goals
+    states = _states(primitives, scenario.start, chain)
+    in_goal = _in_goal(states, goal, scenario.start.step)
+    reaches = in_goal.any(axis=1)
+    steps = np.where(reaches, in_goal.argmax(axis=1), states.shape[1] - 1)
+    assert goal.region is not None, "goals have regions"
+    (region,) = goal.region
+    assert isinstance(region, Rectangle), "goal regions are rectangles"
+    fastest = float(primitives.states[..., 2].max())
+    away = _distance(states[:, -1, :2], region) / fastest
+    cost = steps * scenario.dt + np.where(reaches, 0.0, away)
+    return TrajectoryBundle(states, steps + 1, cost)
+
+
+@lru_cache(maxsize=8)
+def _states(primitives: MotionPrimitives, start: EgoState, chain: int) -> Floats:
+    """States of the vehicle's centre of every chain, shape (B, chain * steps + 1, 5)."""
+    offset = primitives.vehicle.rear_axle
+    cos, sin = np.cos(start.heading), np.sin(start.heading)
+    # Rear axle and heading at the end of each chain so far.
+    pose = np.array([[start.x - offset * cos, start.y - offset * sin, start.heading]])
+    last = primitives.starting_at(start.velocity, start.steering_angle)
+    pose, driven = np.repeat(pose, len(last), axis=0), np.zeros((len(last), 0, 5))
+    for number in range(chain):
+        if number:
+            chains, following = np.nonzero(primitives.follows[last])
+            pose, driven, last = pose[chains], driven[chains], following
+        own = primitives.states[last]
+        cos, sin = np.cos(pose[:, 2, None]), np.sin(pose[:, 2, None])
+        turned = own.copy()
+        turned[..., 0] = pose[:, 0, None] + cos * own[..., 0] - sin * own[..., 1]
+        turned[..., 1] = pose[:, 1, None] + sin * own[..., 0] + cos * own[..., 1]
+        turned[..., 3] += pose[:, 2, None]
+        # Each begins where the one before it ends.
+        driven = np.concatenate([driven, turned[:, 1 if number else 0 :]], axis=1)
+        pose = turned[:, -1, [0, 1, 3]]
+    driven[..., 0] += offset * np.cos(driven[..., 3])
+    driven[..., 1] += offset * np.sin(driven[..., 3])
+    return driven
+
+
+def _in_goal(states: Floats, goal: Goal, first_step: int) -> NDArray[np.bool_]:
+    """Which states are in the goal, shape (B, T)."""
+    step = first_step + np.arange(states.shape[1])
+    inside = (step >= goal.steps[0]) & (step <= goal.steps[1])
+    (region,) = goal.region or (None,)
+    result = np.broadcast_to(inside, states.shape[:2]).copy()
+    if isinstance(region, Rectangle):
+        result &= _distance(states[..., :2], region) == 0
+    if goal.heading is not None:
+        middle, half = np.mean(goal.heading), 0.5 * np.ptp(goal.heading)
+        result &= np.abs(wrap_angle(states[..., 3] - middle)) <= half + 1e-9
+    if goal.velocity is not None:
+        low, high = goal.velocity
+        result &= (states[..., 2] >= low - 1e-9) & (states[..., 2] <= high + 1e-9)
+    return result
+
+
+def _distance(points: Floats, region: Rectangle) -> Floats:
+    """Metres from points to a rectangle, 0 inside."""
+    dx, dy = points[..., 0] - region.x, points[..., 1] - region.y
+    cos, sin = np.cos(region.heading), np.sin(region.heading)
+    ahead = np.maximum(np.abs(cos * dx + sin * dy) - 0.5 * region.length, 0.0)
+    aside = np.maximum(np.abs(cos * dy - sin * dx) - 0.5 * region.width, 0.0)
+    return np.hypot(ahead, aside)
+
+
+def _laid_out(obstacles: Obstacles, count: int, first_step: int) -> tuple[Floats, Floats]:
+    """Poses (N, T or 1, 4) and half sizes (N, 2) of rectangles."""
+    present, poses = present_poses(count, obstacles, first_step)
+    laid = np.concatenate([poses[..., :2], np.cos(poses[..., 2:]), np.sin(poses[..., 2:])], axis=-1)
+    laid[~present, :2] = _AWAY
+    laid = np.ascontiguousarray(laid.transpose(1, 0, 2))
+    sizes = []
+    for shape in obstacles.shapes:
+        assert isinstance(shape, Rectangle), "obstacles of boxes are rectangles"
+        sizes.append((0.5 * shape.length, 0.5 * shape.width))
+    return (laid[:, :1] if obstacles.static.all() else laid), np.array(sizes)

@@ -1,0 +1,77 @@
+"""All chains of primitives: drivable, every one there, and judged like the planner judges them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.metrics.collision_check import first_contact
+from avsec_gym.metrics.trajectory_bundle import trajectory_bundle
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.planners.primitives import suitable_primitives
+from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import build_planning_scenario
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+
+CAR = ([14.0, 0.5, 0.3], 4.0, 1.8, 0.0)
+AHEAD = ([16.0, 3.0, 0.0], 4.2, 1.7, 7.0)
+BEHIND = ([-9.0, 0.0, 0.0], 4.2, 1.7, 0.0)
+
+
+def scenario(
+    *cars: tuple[list[float], float, float, float],
+    road_type: RoadType = RoadType.STREET,
+    intention: Intention = Intention.STRAIGHT,
+) -> PlanningScenario:
+    empty = build_planning_scenario(Boxes3D.empty(), road_type=road_type, intention=intention)
+    poses, lengths, widths, speeds = zip(*cars, strict=True) if cars else ([], [], [], [])
+    sizes = (np.array(lengths), np.array(widths))
+    speed = np.array(speeds) if any(speeds) else None
+    there = np.array(poses).reshape(-1, 3)
+    return empty.with_obstacles(Obstacles.rectangles(there, *sizes, speed, last_step=30))
+
+
+@pytest.mark.parametrize("road_type", RoadType)
+def test_chains_are_drivable_and_every_one_is_there(road_type: RoadType) -> None:
+    problem = scenario(road_type=road_type)
+    states = trajectory_bundle(problem).states
+    primitives = suitable_primitives(problem)
+    # By counting walks through the graph of what may follow what.
+    walks = np.zeros(len(primitives))
+    walks[primitives.starting_at(problem.start.velocity)] = 1
+    for _ in range(3):
+        walks = walks @ primitives.follows
+    assert len(states) == walks.sum() == len(np.unique(states.reshape(len(states), -1), axis=0))
+    assert states.shape[1:] == (21, 5)
+    # Every chain begins at the start, and moves as far as its speed says.
+    np.testing.assert_allclose(states[:, 0, :2], 0, atol=1e-12)
+    moved = np.linalg.norm(np.diff(states[..., :2], axis=1), axis=2)
+    speed = 0.5 * (states[:, 1:, 2] + states[:, :-1, 2])
+    np.testing.assert_allclose(moved, 0.1 * speed, rtol=0.12)
+
+
+@pytest.mark.parametrize("intention", Intention)
+@pytest.mark.parametrize("road_type", RoadType)
+def test_the_cheapest_chain_costs_what_the_planner_finds(
+    road_type: RoadType, intention: Intention
+) -> None:
+    problem = scenario(road_type=road_type, intention=intention)
+    plan = MotionPrimitivePlanner().plan(problem)
+    assert trajectory_bundle(problem).cost.min() == pytest.approx(plan.cost)
+
+
+def test_what_touches_is_what_shapely_says_of_each_alone() -> None:
+    problem = scenario(CAR, AHEAD, BEHIND)
+    bundle = trajectory_bundle(problem)
+    touching = bundle.touching(problem)
+    some = np.random.default_rng(0).choice(len(touching), 150, replace=False)
+    expected = [
+        first_contact(states[:length], problem.obstacles, BMW_320I) is not None
+        for states, length in zip(bundle.states[some], bundle.lengths[some], strict=True)
+    ]
+    assert touching[some].tolist() == expected
+    assert 0.1 < touching.mean() < 0.9
+    assert not bundle.touching(scenario(BEHIND)).any()
