@@ -64,12 +64,11 @@ def occupied_cells(bundle: TrajectoryBundle) -> NDArray[np.int64]:
     The start, which all share, is left out; one that is in its goal stays where it entered.  The
     last column is that of a car that gives up, which is in no other's cell.
     """
-    count = bundle.states.shape[1]
+    many, count = bundle.index.shape
     step = np.minimum(np.arange(1, count)[:, None], bundle.lengths - 1)
-    places = bundle.states[np.arange(len(bundle.states)), step, :2]
-    cells = np.floor(places / CELL).astype(np.int64)
-    _, numbers = np.unique(cells.reshape(-1, 2), axis=0, return_inverse=True)
-    numbers = numbers.reshape(step.shape)
+    cells = np.floor(bundle.nodes[:, :2] / CELL).astype(np.int64)
+    _, of_node = np.unique(cells, axis=0, return_inverse=True)
+    numbers = of_node.reshape(-1)[bundle.index[np.arange(many), step]]
     return np.pad(numbers, ((0, 0), (0, 1)), constant_values=numbers.max() + 1).astype(np.int64)
 
 

@@ -28,16 +28,28 @@ _AWAY = 1e6
 class TrajectoryBundle:
     """B trajectories from one start, in one scenario without its obstacles.
 
+    Chains share their beginnings: what many trajectories have in common is kept, and checked, once.
+
     Args:
-        states: States from the start on, as of `Plan.trajectory`, shape (B, T, 5).
+        nodes: The distinct states, each at its own time step, as of `Plan.trajectory`, shape
+            (U, 5).
+        steps: Number of time steps after the start of each node, shape (U,).
+        index: Node of each trajectory at each time step, shape (B, T).
         lengths: Number of states up to the first one that is in the goal, or all, shape (B,).
         cost: Cost-to-go as A* counts it, shape (B,), seconds: time to the goal, or else the time
             of all states and that to drive from there to the goal region as the crow flies.
     """
 
-    states: Floats
+    nodes: Floats
+    steps: NDArray[np.int64]
+    index: NDArray[np.int64]
     lengths: NDArray[np.int64]
     cost: Floats
+
+    @property
+    def states(self) -> Floats:
+        """The states of each trajectory, shape (B, T, 5)."""
+        return self.nodes[self.index]
 
     def touching(self, scenario: PlanningScenario) -> NDArray[np.bool_]:
         """Which trajectories touch an obstacle before they are in the goal, shape (B,).
@@ -45,18 +57,22 @@ class TrajectoryBundle:
         Args:
             scenario: A scenario with rectangles as obstacles.
         """
-        obstacles, count = scenario.obstacles, self.states.shape[1]
+        obstacles, count = scenario.obstacles, self.index.shape[1]
         if not len(obstacles):
-            return np.zeros(len(self.states), bool)
+            return np.zeros(len(self.index), bool)
         poses, half_sizes = _laid_out(obstacles, count, scenario.start.step)
-        many = len(self.states)
+        there = poses[self.steps if len(poses) > 1 else np.zeros_like(self.steps)]
         batch = TrajectoryBatch(
-            self.states,
-            self.lengths,
-            np.repeat(poses[None], many, axis=0),
-            np.repeat(half_sizes[None], many, axis=0),
+            self.nodes[:, None],
+            np.ones(len(self.nodes), np.int64),
+            there[:, :, None],
+            np.repeat(half_sizes[None], len(self.nodes), axis=0),
         )
-        return batch_collides(batch, suitable_primitives(scenario).vehicle)
+        touched = batch_collides(batch, suitable_primitives(scenario).vehicle)[self.index]
+        result: NDArray[np.bool_] = (touched & (np.arange(count) < self.lengths[:, None])).any(
+            axis=1
+        )
+        return result
 
 
 def trajectory_bundle(scenario: PlanningScenario, chain: int = CHAIN) -> TrajectoryBundle:
@@ -67,52 +83,60 @@ def trajectory_bundle(scenario: PlanningScenario, chain: int = CHAIN) -> Traject
         chain: Number of primitives of each.
     """
     primitives, (goal,) = suitable_primitives(scenario), scenario.goals
-    states = _states(primitives, scenario.start, chain)
-    in_goal = _in_goal(states, goal, scenario.start.step)
+    nodes, steps, index = _chains(primitives, scenario.start, chain)
+    in_goal = _in_goal(nodes, scenario.start.step + steps, goal)[index]
     reaches = in_goal.any(axis=1)
-    steps = np.where(reaches, in_goal.argmax(axis=1), states.shape[1] - 1)
-    assert goal.region is not None, "goals have regions"
-    (region,) = goal.region
+    last = np.where(reaches, in_goal.argmax(axis=1), index.shape[1] - 1)
+    (region,) = goal.region or (None,)
     assert isinstance(region, Rectangle), "goal regions are rectangles"
     fastest = float(primitives.states[..., 2].max())
-    away = _distance(states[:, -1, :2], region) / fastest
-    cost = steps * scenario.dt + np.where(reaches, 0.0, away)
-    return TrajectoryBundle(states, steps + 1, cost)
+    away = _distance(nodes[index[:, -1], :2], region) / fastest
+    cost = last * scenario.dt + np.where(reaches, 0.0, away)
+    return TrajectoryBundle(nodes, steps, index, last + 1, cost)
 
 
 @lru_cache(maxsize=8)
-def _states(primitives: MotionPrimitives, start: EgoState, chain: int) -> Floats:
-    """States of the vehicle's centre of every chain, shape (B, chain * steps + 1, 5)."""
+def _chains(
+    primitives: MotionPrimitives, start: EgoState, chain: int
+) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
+    """States of the vehicle's centre, their time steps, and those of every chain: see above.
+
+    Invariant: row i of `index` holds the nodes of a chain so far, and `last` its last primitive.
+    """
     offset = primitives.vehicle.rear_axle
     cos, sin = np.cos(start.heading), np.sin(start.heading)
     # Rear axle and heading at the end of each chain so far.
     pose = np.array([[start.x - offset * cos, start.y - offset * sin, start.heading]])
     last = primitives.starting_at(start.velocity, start.steering_angle)
-    pose, driven = np.repeat(pose, len(last), axis=0), np.zeros((len(last), 0, 5))
+    pose, index = np.repeat(pose, len(last), axis=0), np.zeros((len(last), 0), np.int64)
+    nodes, steps, known = [], [], 0
     for number in range(chain):
         if number:
             chains, following = np.nonzero(primitives.follows[last])
-            pose, driven, last = pose[chains], driven[chains], following
+            pose, index, last = pose[chains], index[chains], following
         own = primitives.states[last]
         cos, sin = np.cos(pose[:, 2, None]), np.sin(pose[:, 2, None])
         turned = own.copy()
         turned[..., 0] = pose[:, 0, None] + cos * own[..., 0] - sin * own[..., 1]
         turned[..., 1] = pose[:, 1, None] + sin * own[..., 0] + cos * own[..., 1]
         turned[..., 3] += pose[:, 2, None]
-        # Each begins where the one before it ends.
-        driven = np.concatenate([driven, turned[:, 1 if number else 0 :]], axis=1)
         pose = turned[:, -1, [0, 1, 3]]
-    driven[..., 0] += offset * np.cos(driven[..., 3])
-    driven[..., 1] += offset * np.sin(driven[..., 3])
-    return driven
+        # Each begins where the one before it ends.
+        new = turned[:, 1 if number else 0 :]
+        fresh = known + np.arange(new.shape[0] * new.shape[1]).reshape(new.shape[:2])
+        nodes.append(new.reshape(-1, 5))
+        steps.append(np.tile(index.shape[1] + np.arange(new.shape[1]), len(new)))
+        known, index = known + fresh.size, np.hstack([index, fresh])
+    everything = np.concatenate(nodes)
+    everything[:, 0] += offset * np.cos(everything[:, 3])
+    everything[:, 1] += offset * np.sin(everything[:, 3])
+    return everything, np.concatenate(steps), index
 
 
-def _in_goal(states: Floats, goal: Goal, first_step: int) -> NDArray[np.bool_]:
-    """Which states are in the goal, shape (B, T)."""
-    step = first_step + np.arange(states.shape[1])
-    inside = (step >= goal.steps[0]) & (step <= goal.steps[1])
+def _in_goal(states: Floats, step: NDArray[np.int64], goal: Goal) -> NDArray[np.bool_]:
+    """Which states at these time steps are in the goal, shape (U,)."""
     (region,) = goal.region or (None,)
-    result = np.broadcast_to(inside, states.shape[:2]).copy()
+    result = (step >= goal.steps[0]) & (step <= goal.steps[1])
     if isinstance(region, Rectangle):
         result &= _distance(states[..., :2], region) == 0
     if goal.heading is not None:
@@ -134,13 +158,12 @@ def _distance(points: Floats, region: Rectangle) -> Floats:
 
 
 def _laid_out(obstacles: Obstacles, count: int, first_step: int) -> tuple[Floats, Floats]:
-    """Poses (N, T or 1, 4) and half sizes (N, 2) of rectangles."""
+    """Poses x, y, cos, sin of rectangles, shape (T or 1, N, 4), and half sizes, shape (N, 2)."""
     present, poses = present_poses(count, obstacles, first_step)
     laid = np.concatenate([poses[..., :2], np.cos(poses[..., 2:]), np.sin(poses[..., 2:])], axis=-1)
     laid[~present, :2] = _AWAY
-    laid = np.ascontiguousarray(laid.transpose(1, 0, 2))
     sizes = []
     for shape in obstacles.shapes:
         assert isinstance(shape, Rectangle), "obstacles of boxes are rectangles"
         sizes.append((0.5 * shape.length, 0.5 * shape.width))
-    return (laid[:, :1] if obstacles.static.all() else laid), np.array(sizes)
+    return (laid[:1] if obstacles.static.all() else laid), np.array(sizes)

@@ -1,4 +1,4 @@
-"""Why safety is lost or kept: its headroom, the errors that cost it, the measures that predict it.
+"""Why safety is lost or kept: its headroom, and the errors that cost it.
 
     python -m studies.chapter5.costly_errors RUN
 
@@ -20,14 +20,14 @@ from avsec_gym.report.markdown_table import interval, markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
+from studies.chapter5.case_measures import IN_REACH
 from studies.chapter5.corrected_episodes import AS_FOUND, CORRECTED, SAME, corrected_rows
 from studies.chapter5.headroom import NOTHING, RANDOM, SPECIFIC, TRUTH, headroom_rows
 from studies.chapter5.run_page import run_page
-from studies.chapter5.telling_measures import IN_REACH, PRECISION, telling_rows
+from studies.chapter5.telling_measures import BOTH, PRECISION
 
 Row = Mapping[str, Any]
 """A row of the result, as JSON has it."""
-_BOTH = "both"
 _SEEN = {
     TRUTH: "the truth",
     NOTHING: "nothing",
@@ -40,7 +40,8 @@ def page(found: Mapping[str, Any], command: str) -> str:
     """All as Markdown.
 
     Args:
-        found: ``scenarios``, how many; rows of ``headroom``, ``errors`` and ``measures``.
+        found: ``scenarios``, how many; rows of ``headroom`` and ``errors``; of earlier runs those
+            of ``measures``, which `telling_page` shows of later ones.
         command: The command that made it.
     """
     return "\n".join(
@@ -53,7 +54,7 @@ def page(found: Mapping[str, Any], command: str) -> str:
             " scenarios.",
             *_headroom(found["headroom"]),
             *_corrected(found["errors"]),
-            *_measures(found["measures"]),
+            *(_measures(found["measures"]) if "measures" in found else []),
             "",
         ]
     )
@@ -111,7 +112,7 @@ def _measures(rows: Sequence[Row]) -> list[str]:
     cells = [
         [
             row["measure"],
-            _BOTH if row["detector"] == _BOTH else detector_name(row["detector"]),
+            BOTH if row["detector"] == BOTH else detector_name(row["detector"]),
             str(row["attacks"]),
             interval(row["rho"], row["interval"], 2),
             "" if row["measure"] == PRECISION else _signed(row, "more", 2),
@@ -149,7 +150,6 @@ def _measured(run: RunFolder) -> dict[str, Any]:
         "scenarios": len(outcomes.scenarios),
         "headroom": as_json(headroom),
         "errors": as_json(errors),
-        "measures": as_json(telling_rows(outcomes, given["score_threshold"])),
     }
 
 

@@ -23,7 +23,6 @@ from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.corrected_episodes import AS_FOUND, CORRECTED, EVERYTHING, corrected_rows
 from studies.chapter5.costly_errors import page
 from studies.chapter5.headroom import NOTHING, TRUTH, headroom_rows
-from studies.chapter5.telling_measures import telling_rows
 
 CLEAN = Condition("dsgn")
 NAMES = ["000001", "000002"]
@@ -114,8 +113,7 @@ def test_the_page_names_all(made: ModuleType) -> None:
     outcomes, scenes = made.outcomes(results, NAMES), scenes_with(made.car())
     errors = corrected_rows(outcomes, scenes, Motion.STATIC, 0.3)
     headroom = headroom_rows(scenes, NAMES, Motion.STATIC, 0)
-    measures = telling_rows(outcomes, 0.3)
-    found = {"scenarios": 2, "headroom": headroom, "errors": errors, "measures": measures}
+    found = {"scenarios": 2, "headroom": headroom, "errors": errors}
     found = {key: as_json(value) for key, value in found.items()}
     text = page(found, "command")
     assert "the truth and a random patch’s ghost" in text

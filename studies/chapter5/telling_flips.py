@@ -1,0 +1,154 @@
+"""Which measure of perception tells, of one attack, the drives that it makes unsafe?
+
+Attacks can be ranked by a measure that knows nothing of single scenes.  Here each attack is looked
+at by itself: of the drives that are safe unattacked, does the measure lose more in those that
+become unsafe than in those that stay safe?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.experiments.chapter5.losses import Sampled
+from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.average_precision import MinIou, average_precision
+from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.concordance import concordance
+from avsec_gym.scenario.intention import Intention
+from studies.chapter5.case_measures import CaseMeasures
+from studies.chapter5.telling_measures import MEASURES, PRECISIONS, compared_attacks, groups_of
+
+
+@dataclass(frozen=True)
+class FlipRow:
+    """How well a measure tells drives apart that became unsafe and that stayed safe.
+
+    Args:
+        measure: One of `MEASURES`.
+        detector: The detector, or ``both``.
+        family: The attacks that count, see `MeasureRow`.
+        drives: Number of drives that were safe unattacked, over the attacks.
+        became_unsafe: Number of those that are not under attack.
+        scenes: Number of scenes that these are in.
+        area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
+        interval: Its 95 % interval, by bootstrap over scenarios with all their attacks.
+        more: How much larger it is than that of the average precision.
+    """
+
+    measure: str
+    detector: str
+    family: str
+    drives: int
+    became_unsafe: int
+    scenes: int
+    area: float | None
+    interval: Sequence[float] | None
+    more: Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class _Drives:
+    """Drives that were safe unattacked, of one attack."""
+
+    scenario: NDArray[np.int64]
+    intention: NDArray[np.int64]
+    unsafe: NDArray[np.bool_]
+
+
+def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
+    """How well the loss of each measure tells which drives an attack makes unsafe.
+
+    Args:
+        outcomes: The outcomes of a run.
+        cases: As of `telling_rows`.
+
+    Returns:
+        A row for each measure, detector and family, ``both`` and ``all`` among them.
+    """
+    attacks = compared_attacks(outcomes)
+    drives = {attack: _drives(outcomes, attack) for attack in attacks}
+    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
+    rows: list[FlipRow] = []
+    usual: dict[tuple[str, str], Sampled] = {}
+    for measure in MEASURES:
+        looked = dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks])
+        values = {one: _by_case(measure, outcomes, one, cases) for one in looked}
+        # Where there is nothing to measure, nothing is lost.
+        lost = {
+            attack: np.nan_to_num(values[attack.unattacked] - values[attack]) for attack in attacks
+        }
+        for key, group in groups_of(attacks).items():
+            own = [drives[attack] for attack in group]
+            scenario, intention, unsafe = (
+                np.concatenate([getattr(each, name) for each in own] or [np.zeros(0, int)])
+                for name in ("scenario", "intention", "unsafe")
+            )
+            number = np.repeat(np.arange(len(own)), [len(each.unsafe) for each in own])
+            losses = np.array([lost[attack] for attack in group])
+            scores = losses[number, scenario, intention] if len(own) else np.zeros(0)
+            hits = unsafe.astype(bool)
+            area = Sampled(
+                float(concordance(scores, hits, number)),
+                concordance(scores, hits, number, samples[:, scenario]),
+            )
+            more = area - usual.setdefault(key, area)
+            known = np.isfinite(area.value)
+            rows.append(
+                FlipRow(
+                    measure,
+                    *key,
+                    drives=len(hits),
+                    became_unsafe=int(hits.sum()),
+                    scenes=len(np.unique(scenario[hits])),
+                    area=area.value if known else None,
+                    interval=area.interval_around if known else None,
+                    more=more.estimate if known else NOTHING,
+                )
+            )
+    return rows
+
+
+def _drives(outcomes: Outcomes, attack: Condition) -> _Drives:
+    row = {scenario: number for number, scenario in enumerate(outcomes.scenarios)}
+    column = {str(intention): number for number, intention in enumerate(Intention)}
+    before = {
+        (record.scenario, record.intention): record.safe
+        for record in outcomes.records(attack.unattacked)
+    }
+    found = [
+        (row[record.scenario], column[record.intention], not record.safe)
+        for record in outcomes.records(attack)
+        if before[record.scenario, record.intention]
+    ]
+    scenario, intention, unsafe = np.array(found, np.int64).reshape(-1, 3).T
+    return _Drives(scenario, intention, unsafe.astype(bool))
+
+
+def _by_case(measure: str, outcomes: Outcomes, condition: Condition, cases: CaseMeasures) -> Floats:
+    """The measure by scenario and intention, shape (S, 3); NaN where it has nothing to measure."""
+    if measure in PRECISIONS:
+        return _precision_by_case(outcomes, condition, PRECISIONS[measure])
+    part, whole = np.moveaxis(cases[condition][measure], -1, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(part / whole)
+
+
+def _precision_by_case(outcomes: Outcomes, condition: Condition, min_iou: MinIou) -> Floats:
+    """Average precision of each scene alone, as fraction; NaN without a car that counts."""
+    looks, result = outcomes.looks(condition), np.full((len(outcomes.scenarios), 3), np.nan)
+    for column in range(len(looks)):
+        seen = outcomes.detections(condition, looks[column])
+        for number, scenario in enumerate(outcomes.scenarios):
+            found = average_precision(
+                [outcomes.labels[scenario]], [seen[number]], classes=(CATEGORY,), min_iou=min_iou
+            )
+            value = found.value(CATEGORY)
+            columns = column if len(looks) > 1 else slice(None)
+            result[number, columns] = value / 100
+    return result

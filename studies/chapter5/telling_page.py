@@ -1,0 +1,160 @@
+"""Which measure of perception tells of driving safety: over attacks, and in single drives?
+
+    python -m studies.chapter5.telling_page RUN --markdown FILE --figure FILE
+
+Plans anew on what a run has stored; no network is needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.console import progress
+from avsec_gym.experiments.chapter5.attack_names import detector_name
+from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
+from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.metrics.contact_recall import HORIZON, MARGIN
+from avsec_gym.metrics.planning_kl import CELL, TEMPERATURE
+from avsec_gym.metrics.support_distance import MISSED
+from avsec_gym.report.markdown_table import interval, markdown_table
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.scenario.scene import Motion
+from avsec_gym.storage.text_files import write_text
+from studies.answer import answer
+from studies.chapter5.case_measures import IN_REACH, case_measures
+from studies.chapter5.corrected_episodes import SAME
+from studies.chapter5.telling_figure import draw_telling
+from studies.chapter5.telling_flips import flip_rows
+from studies.chapter5.telling_measures import BOTH, PRECISION, compared_attacks, telling_rows
+
+Row = Mapping[str, Any]
+"""A row of the result, as JSON has it."""
+
+
+def page(found: Mapping[str, Any], command: str) -> str:
+    """All as Markdown.
+
+    Args:
+        found: ``scenarios``, how many; rows of ``measures`` and ``flips``.
+        command: The command that made it.
+    """
+    return "\n".join(
+        [
+            "# Which measure of perception tells of safety?",
+            "",
+            f"{found['scenarios']:,} scenarios, three intentions each; measured on what a run of"
+            f" chapter 5 has stored, by `{command}`. In brackets: 95 % intervals by bootstrap over"
+            " scenarios, each with all its attacks and intentions; not corrected for the number of"
+            " rows.",
+            "",
+            "## Over attacks",
+            "",
+            *markdown_table(
+                ["measure", "detector", "attacks", "number", "ρ with safe driving",
+                 f"more than of {PRECISION}"],
+                [_line(row, "rho", str(row["attacks"])) for row in found["measures"]],
+            ),
+            "",
+            "Spearman’s rank correlation of what an attack takes of the measure with what it takes"
+            " of safe driving; of fewer than three attacks there is none.",
+            "",
+            "## In single drives",
+            "",
+            *markdown_table(
+                ["measure", "detector", "attacks", "became unsafe, of", "area under the ROC curve",
+                 f"more than of {PRECISION}"],
+                [
+                    _line(row, "area", f"{row['became_unsafe']} in {row['scenes']} scenes,"
+                          f" {row['drives']:,}")
+                    for row in found["flips"]
+                ],
+            ),
+            "",
+            "Of the drives that are safe unattacked: the probability that the measure loses more in"
+            " one that the attack makes unsafe than in one that stays safe under the same attack;"
+            " 0.5 tells nothing. Average precision is then that of the scene alone.",
+            "",
+            "## The measures",
+            "",
+            f"- *Cars found*: a box overlaps them by more than {SAME:g} from above; in reach: up to"
+            f" {IN_REACH:g} m away.",
+            f"- *Found, by time to contact*: an object weighs 1 / (1 + t) by the seconds until the"
+            f" car, going straight to its goal, is within {MARGIN:g} m of it, up to {HORIZON:g} s"
+            " (after Ceccarelli and Montecchi 2023); with ghosts: over real and invented objects.",
+            f"- *Support distance*: 1 less the error of the gaps to each object, in units of"
+            f" {MISSED:g} m, along the plan that the truth gives (after Deng et al. 2021).",
+            "- *Contested objects found*: those of which missing one alone makes the drive unsafe.",
+            f"- *Planning KL*: how far the belief moves the car from what it would do by the truth,"
+            f" with cells of {CELL:g} m and a temperature of {TEMPERATURE:g} s (after Philion et"
+            " al. 2020).",
+            "",
+            "Each module of `avsec_gym/metrics` states how it departs from its source. The last two"
+            " ask the planner that is then judged: that they tell of its safety is no surprise, and"
+            " says nothing of another planner.",
+            "",
+        ]
+    )  # fmt: skip
+
+
+def _line(row: Row, name: str, count: str) -> list[str]:
+    more = interval(row["more"], row["more_interval"], 2)
+    signed = f"+{more}" if row["more"] is not None and row["more"] >= 0 else more
+    return [
+        row["measure"],
+        BOTH if row["detector"] == BOTH else detector_name(row["detector"]),
+        row["family"],
+        count,
+        interval(row[name], row["interval"], 2),
+        "" if row["measure"] == PRECISION else signed,
+    ]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print rows as JSON, write page and picture; returns the exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("run", type=Path, help="folder that `avsec run` wrote")
+    parser.add_argument("--markdown", type=Path, help="also write tables into this file")
+    parser.add_argument("--figure", type=Path, help="also draw this picture")
+    parser.add_argument("--json", type=Path, help="write here instead of standard output")
+
+    def made(options: argparse.Namespace) -> dict[str, Any]:
+        result = _measured(RunFolder.open(options.run))
+        if options.markdown is not None:
+            command = f"python -m {__spec__.name} RUN --markdown FILE --figure FILE"
+            write_text(options.markdown, page(result, command), overwrite=True)
+        if options.figure is not None:
+            draw_telling(result["measures"], result["flips"], options.figure)
+        return result
+
+    return answer(parser.parse_args(arguments), made)
+
+
+def _measured(run: RunFolder) -> dict[str, Any]:
+    configuration = run.configuration
+    given = {**OPTIONS, **configuration.options}
+    outcomes = Outcomes(run, labels_of(configuration))
+    attacks = compared_attacks(outcomes)
+    conditions = list(dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks]))
+    with progress("measuring what is seen") as shown:
+        cases = case_measures(
+            outcomes,
+            scenes_of(configuration).scenes.labelled,
+            Motion.named(given["motion"]),
+            conditions,
+            given["score_threshold"],
+            shown,
+        )
+    return {
+        "scenarios": len(outcomes.scenarios),
+        "measures": as_json(telling_rows(outcomes, cases)),
+        "flips": as_json(flip_rows(outcomes, cases)),
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())
