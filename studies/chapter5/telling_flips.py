@@ -17,11 +17,12 @@ from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.average_precision import MinIou, average_precision
+from avsec_gym.metrics.average_precision import METRICS, MinIou
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.concordance import concordance
 from avsec_gym.scenario.intention import Intention
 from studies.chapter5.case_measures import CaseMeasures
+from studies.chapter5.scene_precision import scene_precision
 from studies.chapter5.telling_measures import MEASURES, PRECISIONS, compared_attacks, groups_of
 
 
@@ -140,15 +141,17 @@ def _by_case(measure: str, outcomes: Outcomes, condition: Condition, cases: Case
 
 
 def _precision_by_case(outcomes: Outcomes, condition: Condition, min_iou: MinIou) -> Floats:
-    """Average precision of each scene alone, as fraction; NaN without a car that counts."""
+    """Average precision of each scene alone; NaN without a car."""
     looks, result = outcomes.looks(condition), np.full((len(outcomes.scenarios), 3), np.nan)
-    for column in range(len(looks)):
-        seen = outcomes.detections(condition, looks[column])
-        for number, scenario in enumerate(outcomes.scenarios):
-            found = average_precision(
-                [outcomes.labels[scenario]], [seen[number]], classes=(CATEGORY,), min_iou=min_iou
-            )
-            value = found.value(CATEGORY)
-            columns = column if len(looks) > 1 else slice(None)
-            result[number, columns] = value / 100
+    least = min_iou[CATEGORY][METRICS.index("3d")]
+    for column, look in enumerate(looks):
+        seen = outcomes.detections(condition, look)
+        columns = column if len(looks) > 1 else slice(None)
+        result[:, columns] = np.reshape(
+            [
+                scene_precision(outcomes.labels[scenario], boxes, least)
+                for scenario, boxes in zip(outcomes.scenarios, seen, strict=True)
+            ],
+            result[:, columns].shape if len(looks) > 1 else (-1, 1),
+        )
     return result

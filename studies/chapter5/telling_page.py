@@ -77,7 +77,8 @@ def page(found: Mapping[str, Any], command: str) -> str:
             "",
             "Of the drives that are safe unattacked: the probability that the measure loses more in"
             " one that the attack makes unsafe than in one that stays safe under the same attack;"
-            " 0.5 tells nothing. Average precision is then that of the scene alone.",
+            " 0.5 tells nothing. Average precision is then the area under the curve of the scene"
+            " alone, with every car as a recall of its own.",
             "",
             "## The measures",
             "",

@@ -39,9 +39,9 @@ from studies.chapter5.telling_page import page
 
 CLEAN = Condition("dsgn")
 ATTACKS = tuple(Condition("dsgn", "thesis_pgd-1", float(n)) for n in (1, 2, 3, 4))
-COUNT = 16
+COUNT = 10
 NAMES = [f"{number:06d}" for number in range(COUNT)]
-NEAR_LOST, FAR_LOST = (1, 2, 4, 5), (12, 8, 4, 0)
+NEAR_LOST, FAR_LOST = (1, 2, 3, 4), (8, 5, 3, 0)
 
 
 def cases_of(outcomes: Outcomes, conditions: tuple[Condition, ...]) -> CaseMeasures:
@@ -50,6 +50,17 @@ def cases_of(outcomes: Outcomes, conditions: tuple[Condition, ...]) -> CaseMeasu
         for number, (name, boxes) in enumerate(outcomes.labels.items())
     ]
     return case_measures(outcomes, scenes, Motion.STATIC, conditions, 0.3)
+
+
+_KNOWN: dict[float, tuple[Outcomes, CaseMeasures]] = {}
+"""By drift: measuring takes seconds."""
+
+
+def measured(made: ModuleType, drift: float = 0.0) -> tuple[Outcomes, CaseMeasures]:
+    if drift not in _KNOWN:
+        outcomes = lost_cars(made, drift)
+        _KNOWN[drift] = outcomes, cases_of(outcomes, (CLEAN, *compared_attacks(outcomes)))
+    return _KNOWN[drift]
 
 
 def lost_cars(made: ModuleType, drift: float = 0.0) -> Outcomes:
@@ -71,18 +82,18 @@ def lost_cars(made: ModuleType, drift: float = 0.0) -> Outcomes:
     return Outcomes(results, {name: made.boxes(near, far) for name in NAMES})
 
 
-def over_attacks(outcomes: Outcomes) -> dict[tuple[str, str, str], MeasureRow]:
-    rows = telling_rows(outcomes, cases_of(outcomes, (CLEAN, *ATTACKS)))
+def over_attacks(outcomes: Outcomes, cases: CaseMeasures) -> dict[tuple[str, str, str], MeasureRow]:
+    rows = telling_rows(outcomes, cases)
     return {(row.measure, row.detector, row.family): row for row in rows}
 
 
-def in_drives(outcomes: Outcomes) -> dict[str, FlipRow]:
-    rows = flip_rows(outcomes, cases_of(outcomes, (CLEAN, *ATTACKS)))
+def in_drives(outcomes: Outcomes, cases: CaseMeasures) -> dict[str, FlipRow]:
+    rows = flip_rows(outcomes, cases)
     return {row.measure: row for row in rows if (row.detector, row.family) == ("dsgn", "all")}
 
 
 def test_cars_in_reach_tell_what_all_cars_do_not(made: ModuleType) -> None:
-    rows = over_attacks(lost_cars(made))
+    rows = over_attacks(*measured(made))
     assert {measure for measure, *_ in rows} == set(MEASURES)
     reach, every = rows[REACH_FOUND, "dsgn", "all"], rows[CARS_FOUND, "dsgn", "all"]
     assert reach.attacks == 4
@@ -102,25 +113,27 @@ def test_cars_in_reach_tell_what_all_cars_do_not(made: ModuleType) -> None:
 
 
 def test_a_box_beside_its_car_counts_as_found_but_not_as_precise(made: ModuleType) -> None:
-    drifted = over_attacks(lost_cars(made, drift=0.8))
+    drifted = over_attacks(*measured(made, drift=0.8))
     assert drifted[REACH_FOUND, "dsgn", "all"].rho == pytest.approx(1)
     assert drifted[PRECISION, "dsgn", "all"].rho != pytest.approx(1)
 
 
 def test_drives_that_turn_are_told_by_what_is_lost_in_reach(made: ModuleType) -> None:
-    rows = in_drives(lost_cars(made))
+    rows = in_drives(*measured(made))
     reach, every = rows[REACH_FOUND], rows[CARS_FOUND]
-    assert (reach.drives, reach.became_unsafe, reach.scenes) == (192, 3 * sum(NEAR_LOST), 5)
+    assert (reach.drives, reach.became_unsafe, reach.scenes) == (120, 3 * sum(NEAR_LOST), 4)
     assert reach.area == 1
     # A hit loses one car; so do those that lose the far one, which ties, and no other.
     pairs = [
-        (near * (40 - near), near * far) for near, far in zip(NEAR_LOST, FAR_LOST, strict=True)
+        (near * (COUNT - near), near * far) for near, far in zip(NEAR_LOST, FAR_LOST, strict=True)
     ]
     expected = sum(all_pairs - 0.5 * ties for all_pairs, ties in pairs) / sum(p for p, _ in pairs)
     assert every.area == pytest.approx(expected)
     low, high = every.interval
     assert low < every.area < high
-    assert reach.more.value == pytest.approx(1 - rows[PRECISION].area)
+    # Of one car of two lost, precision loses as much wherever it stood.
+    assert rows[PRECISION].area == pytest.approx(expected)
+    assert reach.more.value == pytest.approx(1 - expected)
     assert rows[PLANNING_KL].area > every.area
 
 
@@ -130,13 +143,14 @@ def test_ghosts_are_told_by_measures_that_know_of_them(made: ModuleType) -> None
     results = made.MadeResults()
     results.add(CLEAN, NAMES)
     results.seen[CLEAN.setting, 0.0] = dict.fromkeys(NAMES, real)
-    for attack, seen in zip(ATTACKS, (1, 2, 4, 6), strict=True):
+    for attack, seen in zip(ATTACKS, (1, 2, 3, 4), strict=True):
         results.add(attack, NAMES, unsafe=NAMES[:seen])
         results.seen[attack.setting, attack.strength] = {
             name: made.boxes(real, *([ghost] if number < seen else []))
             for number, name in enumerate(NAMES)
         }
-    rows = in_drives(Outcomes(results, dict.fromkeys(NAMES, real)))
+    outcomes = Outcomes(results, dict.fromkeys(NAMES, real))
+    rows = in_drives(outcomes, cases_of(outcomes, (CLEAN, *ATTACKS)))
     assert rows[PLANNING_KL].area == rows[SUPPORT].area == 1
     for blind in (CARS_FOUND, REACH_FOUND, CONTACT_RECALL, CONTESTED):
         assert rows[blind].area == 0.5
@@ -173,8 +187,7 @@ def test_a_case_by_hand(made: ModuleType, seen: str, expected: dict[str, float])
 
 
 def test_page_and_picture_are_made_of_the_rows(made: ModuleType, tmp_path: Path) -> None:
-    outcomes = lost_cars(made)
-    cases = cases_of(outcomes, (CLEAN, *compared_attacks(outcomes)))
+    outcomes, cases = measured(made)
     found = {
         "scenarios": len(outcomes.scenarios),
         "measures": as_json(telling_rows(outcomes, cases)),
@@ -182,8 +195,8 @@ def test_page_and_picture_are_made_of_the_rows(made: ModuleType, tmp_path: Path)
     }
     found = json.loads(json.dumps(found, allow_nan=False))
     text = page(found, "command")
-    assert "| cars in reach found | DSGN | all | 4 | 1.00 [" in text
-    assert "| DSGN | perturbations | 36 in 5 scenes, 192 | 1.00 [" in text
+    assert "| cars in reach found | DSGN | all | 4 | 1.00 (" in text
+    assert "| DSGN | perturbations | 30 in 4 scenes, 120 | 1.00 (" in text
     path = tmp_path / "telling.png"
     draw_telling(found["measures"], found["flips"], path)
     assert path.read_bytes().startswith(b"\x89PNG")
