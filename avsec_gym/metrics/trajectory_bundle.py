@@ -69,10 +69,8 @@ class TrajectoryBundle:
             np.repeat(half_sizes[None], len(self.nodes), axis=0),
         )
         touched = batch_collides(batch, suitable_primitives(scenario).vehicle)[self.index]
-        result: NDArray[np.bool_] = (touched & (np.arange(count) < self.lengths[:, None])).any(
-            axis=1
-        )
-        return result
+        before = np.arange(count) < self.lengths[:, None]
+        return np.asarray((touched & before).any(axis=1))
 
 
 def trajectory_bundle(scenario: PlanningScenario, chain: int = CHAIN) -> TrajectoryBundle:

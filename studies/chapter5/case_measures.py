@@ -33,7 +33,7 @@ from studies.chapter5.corrected_episodes import SAME
 IN_REACH = 20.0
 """Metres from the camera: goals are 15 m ahead."""
 CARS_FOUND, REACH_FOUND = "cars found", "cars in reach found"
-CONTACT_RECALL, CONTACT_AGREEMENT = "found, by time to contact", "the same with ghosts"
+CONTACT_RECALL, CONTACT_AGREEMENT = "found by time to contact", "the same, less ghosts"
 CONTESTED, SUPPORT, PLANNING_KL = "contested objects found", "support distance", "planning KL"
 CASE_MEASURES = (
     CARS_FOUND, REACH_FOUND, CONTACT_RECALL, CONTACT_AGREEMENT, SUPPORT, CONTESTED, PLANNING_KL,

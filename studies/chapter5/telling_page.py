@@ -84,9 +84,9 @@ def page(found: Mapping[str, Any], command: str) -> str:
             "",
             f"- *Cars found*: a box overlaps them by more than {SAME:g} from above; in reach: up to"
             f" {IN_REACH:g} m away.",
-            f"- *Found, by time to contact*: an object weighs 1 / (1 + t) by the seconds until the"
+            f"- *Found by time to contact*: an object weighs 1 / (1 + t) by the seconds until the"
             f" car, going straight to its goal, is within {MARGIN:g} m of it, up to {HORIZON:g} s"
-            " (after Ceccarelli and Montecchi 2023); with ghosts: over real and invented objects.",
+            " (after Ceccarelli and Montecchi 2023); less ghosts: over real and invented objects.",
             f"- *Support distance*: 1 less the error of the gaps to each object, in units of"
             f" {MISSED:g} m, along the plan that the truth gives (after Deng et al. 2021).",
             "- *Contested objects found*: those of which missing one alone makes the drive unsafe.",
