@@ -79,7 +79,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
     usual: dict[tuple[str, str], Sampled] = {}
     for measure in MEASURES:
         looked = dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks])
-        values = {one: _by_case(measure, outcomes, one, cases) for one in looked}
+        values = {each: _by_case(measure, outcomes, each, cases) for each in looked}
         # Where there is nothing to measure, nothing is lost.
         lost = {
             attack: np.nan_to_num(values[attack.unattacked] - values[attack]) for attack in attacks

@@ -88,11 +88,11 @@ def telling_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[MeasureRow]:
     """
     attacks = compared_attacks(outcomes)
     looked = dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks])
-    safe = _lost({one: safety(outcomes, one) for one in looked}, attacks)
+    safe = _lost({each: safety(outcomes, each) for each in looked}, attacks)
     rows: list[MeasureRow] = []
     usual: dict[tuple[str, str], Sampled | None] = {}
     for measure in MEASURES:
-        lost = _lost({one: _of_all(measure, outcomes, one, cases) for one in looked}, attacks)
+        lost = _lost({each: _of_all(measure, outcomes, each, cases) for each in looked}, attacks)
         for (detector, family), group in groups_of(attacks).items():
             rho = spearman([(lost[attack], safe[attack]) for attack in group])
             first = usual.setdefault((detector, family), rho)
