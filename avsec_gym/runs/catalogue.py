@@ -30,6 +30,7 @@ EXPERIMENTS: dict[str, str] = {
     "sensitivity": "avsec_gym.experiments.chapter3.experiments:SENSITIVITY",
     "localisation": "avsec_gym.experiments.chapter3.experiments:LOCALISATION",
     "defence": "avsec_gym.experiments.chapter3.defence.defended_drives:DEFENCE",
+    "chapter4": "avsec_gym.experiments.chapter4.experiments:CHAPTER_4",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
     for name, attribute in {

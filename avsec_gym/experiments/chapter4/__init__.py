@@ -1,0 +1,1 @@
+"""Chapter 4 of the thesis: sensor data validation for connected vehicles."""

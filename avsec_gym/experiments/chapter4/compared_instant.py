@@ -1,0 +1,110 @@
+"""Both methods on the same regions of an instant, region by region."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.base_station import SurfaceComparison
+from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.constants import ConnectedConstants
+from avsec_gym.validation.connected.merged_proposals import merge_proposals
+from avsec_gym.validation.connected.ray_exchange import (
+    decide_by_rays,
+    exchange_rays,
+    is_decidable,
+)
+from avsec_gym.validation.connected.rays.decision import Decision
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.surface_exchange import (
+    SurfaceDecision,
+    decide_by_surfaces,
+    exchange_surfaces,
+)
+from avsec_gym.validation.connected.traffic import Traffic
+from avsec_gym.validation.connected.validator import Method
+from avsec_gym.validation.connected.vehicle import RegionProposer
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+
+
+@dataclass(frozen=True, eq=False)
+class MethodResult:
+    """What a method makes of R regions of V vehicles.
+
+    Args:
+        score: How much speaks for an attack, shape (R,); -inf where nothing was compared.
+        named: The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
+        nbytes: What each vehicle sent, its proposals among it, V numbers.
+        seconds: Wall-clock time of each step, of all vehicles together.
+    """
+
+    score: Floats
+    named: NDArray[np.int64]
+    nbytes: Sequence[int]
+    seconds: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedInstant:
+    """An instant by both methods.
+
+    Args:
+        regions: What the base station made of the proposals, R of them.
+        decidable: Whether a vehicle has enough rays at what another claims to tell, whatever they
+            tell, shape (R,).
+        distances: Distances of the surfaces of all pairs of vehicles, metres, shape (R, V, V), NaN
+            where nothing was compared (equation 4.1).
+        results: By method.
+    """
+
+    regions: Regions
+    decidable: NDArray[np.bool_]
+    distances: Floats
+    results: Mapping[Method, MethodResult]
+
+
+def compared_instant(
+    scans: Sequence[VehicleScan], constants: ConnectedConstants, proposer: RegionProposer
+) -> ComparedInstant:
+    """Compare what vehicles scanned by surfaces and by rays.
+
+    Both take the regions that are left within the budget of the method of rays.
+
+    Args:
+        scans: The scan of each vehicle, by number.
+        constants: What evidence is worth.
+        proposer: Proposes regions of a scan, all around.
+    """
+    budget = Budget()
+    by_rays = Traffic(len(scans), most_bytes=budget.nbytes)
+    merged = merge_proposals(scans, proposer, by_rays, budget)
+    # Both begin with the same proposals, and pay for them.
+    by_surfaces = Traffic(len(scans))
+    by_surfaces.sent = [Counter(sent) for sent in by_rays.sent]
+    by_surfaces.seconds = dict(by_rays.seconds)
+
+    comparison = SurfaceComparison(epsilon=constants.epsilon)
+    compared = exchange_surfaces(scans, merged, comparison, by_surfaces)
+    with by_surfaces.step("decide"):
+        of_surfaces = decide_by_surfaces(compared, merged, constants)
+
+    counts = exchange_rays(scans, merged, constants.margins, by_rays, budget)
+    with by_rays.step("decide"):
+        of_rays = decide_by_rays(counts, merged, constants)
+
+    results: dict[Method, MethodResult] = {
+        "surfaces": _result(of_surfaces, by_surfaces),
+        "rays": _result(of_rays, by_rays),
+    }
+    decidable = is_decidable(counts, constants.rates)
+    return ComparedInstant(merged.regions, decidable, compared.distances, results)
+
+
+def _result(decided: SurfaceDecision | Decision, traffic: Traffic) -> MethodResult:
+    sent = [each.total() for each in traffic.sent]
+    return MethodResult(decided.score, decided.named, sent, traffic.seconds)

@@ -1,0 +1,154 @@
+"""What is kept of an instant in one state, as rows of a run and read back from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.experiments.chapter4.settings import METHODS, Condition, Part, State
+from avsec_gym.geometry import Floats
+from avsec_gym.runs.experiment import Measurement
+from avsec_gym.runs.results import Results
+from avsec_gym.validation.connected.validator import Method
+
+_ATTACKED, _DECIDABLE, _DISTANCE = "attacked", "decidable", "distance"
+
+
+class Naming(IntEnum):
+    """What a method says of an attacked region, by the constants of the fit."""
+
+    NO_ALARM = 0
+    CANNOT_TELL = 1
+    VICTIM = 2
+    ANOTHER = 3
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredState:
+    """An instant without an attack, or under one.
+
+    Args:
+        place: Name of the place, which stands in one instant only.
+        attacked: Whether something was attacked: not every scan offers something.
+        decidable: Of each region, whether some vehicle has enough rays to tell, shape (R,).
+            Without an attack these are all regions, under one those about what was attacked.
+        scores: By method, of each region; -inf where nothing was compared, shape (R,).
+        named: By method, `Naming` of each region, shape (R,); empty without an attack.
+        distances: Distances of pairs of surfaces, metres, shape (D,): of all pairs, under an
+            attack those of the victim (equation 4.1).
+        nbytes: By method, what each vehicle sent, shape (V,); empty under an attack.
+    """
+
+    place: str
+    attacked: bool
+    decidable: NDArray[np.bool_]
+    scores: Mapping[Method, Floats]
+    named: Mapping[Method, NDArray[np.int64]]
+    distances: Floats
+    nbytes: Mapping[Method, NDArray[np.int64]]
+
+    @property
+    def covered(self) -> bool:
+        """Whether some region is about what was attacked."""
+        return self.attacked and len(self.decidable) > 0
+
+    @property
+    def is_decidable(self) -> bool:
+        """Whether one of the regions is decidable."""
+        return bool(self.decidable.any())
+
+    def highest(self, method: Method) -> float:
+        """The highest score of the decidable regions; -inf without any."""
+        return float(self.scores[method][self.decidable].max(initial=-np.inf))
+
+    def naming(self, method: Method) -> Naming:
+        """What is said of the attack: of the decidable region with the highest score."""
+        if not self.is_decidable:
+            return Naming.NO_ALARM
+        best = np.where(self.decidable, self.scores[method], -np.inf).argmax()
+        return Naming(int(self.named[method][best]))
+
+
+def setting_of(part: Part, condition: Condition, state: State) -> str:
+    """The setting of a run's rows."""
+    return f"{part}, {condition.name}, {state}"
+
+
+def rows_of(measured: MeasuredState, setting: str) -> list[Measurement]:
+    """The rows of a state.
+
+    Args:
+        measured: The state.
+        setting: The setting, see `setting_of`.
+    """
+    columns = {_ATTACKED: [measured.attacked], _DECIDABLE: measured.decidable}
+    columns[_DISTANCE] = measured.distances
+    for method in METHODS:
+        columns |= {
+            _score(method): measured.scores[method],
+            _named(method): measured.named[method],
+            _nbytes(method): measured.nbytes[method],
+        }
+    return [
+        # A run knows no infinity: NaN is nothing.
+        Measurement(setting, measured.place, f"{column} {index}", value)
+        for column, values in columns.items()
+        for index, value in enumerate(_finite(values))
+    ]
+
+
+def measured_states(
+    results: Results, part: Part, condition: Condition, state: State
+) -> list[MeasuredState]:
+    """The states that a run holds, by place.
+
+    Args:
+        results: The results of a run.
+        part: `FITTED` or `JUDGED`.
+        condition: The condition.
+        state: The state.
+    """
+    setting = setting_of(part, condition, state)
+    found: dict[str, dict[str, dict[int, float]]] = {}
+    for row in results.measurements(setting=setting):
+        column, _, index = row["name"].rpartition(" ")
+        value = np.nan if row["value"] is None else row["value"]
+        found.setdefault(row["scenario"], {}).setdefault(column, {})[int(index)] = value
+    return [_state(place, columns) for place, columns in sorted(found.items())]
+
+
+def _state(place: str, columns: Mapping[str, Mapping[int, float]]) -> MeasuredState:
+    def column(name: str) -> Floats:
+        values = columns.get(name, {})
+        return np.array([values[index] for index in sorted(values)], float)
+
+    return MeasuredState(
+        place,
+        bool(column(_ATTACKED)[0]),
+        column(_DECIDABLE).astype(bool),
+        {method: np.nan_to_num(column(_score(method)), nan=-np.inf) for method in METHODS},
+        {method: column(_named(method)).astype(np.int64) for method in METHODS},
+        column(_DISTANCE),
+        {method: column(_nbytes(method)).astype(np.int64) for method in METHODS},
+    )
+
+
+def _score(method: Method) -> str:
+    return f"{method} score"
+
+
+def _named(method: Method) -> str:
+    return f"{method} named"
+
+
+def _nbytes(method: Method) -> str:
+    return f"{method} bytes"
+
+
+def _finite(values: object) -> Iterator[float]:
+    for value in np.asarray(values, float).tolist():
+        yield value if np.isfinite(value) else float("nan")

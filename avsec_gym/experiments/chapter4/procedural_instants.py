@@ -1,0 +1,95 @@
+"""Instants of connected vehicles of the procedural world, scanned in memory.
+
+`avsec world make --suite connected` writes the same instants to disk, with images, which no method
+here looks at and which take nearly all of the time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, MOST_VEHICLES, Condition, Part
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.recordings import RecordedInstant
+from avsec_gym.validation.connected.sweep import Sweep as SweepOfScan
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+from avsec_gym.world.actors import Integers
+from avsec_gym.world.assets import Assets
+from avsec_gym.world.capture import Sweep, renderer_of, scan_of
+from avsec_gym.world.drives import drive_scenes
+from avsec_gym.world.export.instants import instant_of
+from avsec_gym.world.export.measured_poses import clock_offsets, measured_pose, pose_errors
+from avsec_gym.world.motion import later
+from avsec_gym.world.rendering.lidar import Lidar
+
+ASSETS: dict[Part, Assets] = {FITTED: Assets.TRAIN, JUDGED: Assets.JUDGE}
+_FIRST_SET: dict[Part, int] = {FITTED: 5000, JUDGED: 6000}
+"""Numbers of the sets of places, none of which anything else was made from."""
+
+
+class ScannedPlace:
+    """A place with its sensor vehicles, scanned once for each setting of their clocks.
+
+    Args:
+        seed: Seed of the run.
+        part: `FITTED` or `JUDGED`, which share no place and no assets.
+        number: Number of the place.
+        vehicles: Number of vehicles with sensors.
+    """
+
+    def __init__(self, seed: int, part: Part, number: int, vehicles: int = MOST_VEHICLES) -> None:
+        self._set, self._number, self._vehicles = _FIRST_SET[part] + seed, number, vehicles
+        [self._posed] = drive_scenes(self._set, number, 1, vehicles, assets=ASSETS[part])
+        self._scanned: dict[float, RecordedInstant] = {}
+
+    def instant(self, condition: Condition) -> RecordedInstant:
+        """The instant as the first vehicles of the place measure it.
+
+        The errors of poses are the same draws under all conditions, scaled.
+
+        Args:
+            condition: Errors of poses, clocks, and the number of vehicles.
+        """
+        apart, taken = condition.clocks_apart, condition.vehicles
+        if apart not in self._scanned:
+            self._scanned[apart] = self._scan(apart)
+        whole = self._scanned[apart]
+        scans = tuple(
+            VehicleScan(
+                scan.points, self._measured(vehicle, scan.pose, condition), scan.time, scan.sweep
+            )
+            for vehicle, scan in enumerate(whole.scans[:taken])
+        )
+        return RecordedInstant(whole.id, scans, whole.truth, whole.true_poses[:taken])
+
+    def _measured(self, vehicle: int, pose: Floats, condition: Condition) -> Floats:
+        error = pose_errors(self._set, self._number, vehicle, 1)[0]
+        return measured_pose(pose, error, condition.noise, condition.noise)
+
+    def _scan(self, apart: float) -> RecordedInstant:
+        """All vehicles' scans with their true poses."""
+        offsets = clock_offsets(self._set, self._number, self._vehicles, apart).tolist()
+        instant = self._posed.instant
+        scans, points = [], []
+        for vehicle, seconds in enumerate(offsets):
+            # Each vehicle looks at its own time, at the world as it is then.
+            seen = later(self._posed, seconds)
+            scan = scan_of(seen, vehicle, Lidar(), Sweep.ROLLING, renderer_of(seen, vehicle))
+            pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
+            scans.append(VehicleScan(scan.points, pose, seconds))
+            points.append(_counts(scan.object_id, len(instant.actors)))
+        truth = instant_of(instant, self._number, 0, offsets, points)
+        rolling = [SweepOfScan(each.speed, each.turn_rate) for each in truth.vehicles]
+        rolled = tuple(
+            VehicleScan(scan.points, scan.pose, scan.time, sweep)
+            for scan, sweep in zip(scans, rolling, strict=True)
+        )
+        poses = tuple(scan.pose for scan in scans)
+        return RecordedInstant(f"{self._number:06d}", rolled, truth, poses)
+
+
+def _counts(object_id: NDArray[np.int32], actors: int) -> Integers:
+    """Number of points on each actor."""
+    counts = np.bincount(object_id[object_id >= 0], minlength=actors)
+    return counts.astype(np.int64)

@@ -1,0 +1,69 @@
+"""The results of a run of chapter 4."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from avsec_gym.experiments.chapter4.attack_rates import AttackRates, attack_rates
+from avsec_gym.experiments.chapter4.condition_states import condition_states
+from avsec_gym.experiments.chapter4.detection_rates import DetectionRate, detection_rates
+from avsec_gym.experiments.chapter4.distance_distributions import (
+    DistanceDistribution,
+    distance_distribution,
+)
+from avsec_gym.experiments.chapter4.false_alarms import FalseAlarms, false_alarms
+from avsec_gym.experiments.chapter4.roc_rates import RocRow, roc_rows
+from avsec_gym.experiments.chapter4.sent_bytes import SentBytes, sent_bytes
+from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED
+from avsec_gym.experiments.chapter4.step_times import StepTime, step_times
+from avsec_gym.runs.run_folder import RunFolder
+
+
+@dataclass(frozen=True)
+class ConnectedSummary:
+    """All figures of a run on connected vehicles.
+
+    Args:
+        instants: By condition, the number of instants of each part.
+        distances: Distances of surfaces.
+        detection: Detection over r.
+        roc: ROC curves.
+        attacks: What becomes of all attacks.
+        false_alarms: False alarms for each region and frame.
+        sent: Bytes.
+        times: Computing time of each step.
+    """
+
+    instants: Mapping[str, Mapping[str, int]]
+    distances: Sequence[DistanceDistribution]
+    detection: Sequence[DetectionRate]
+    roc: Sequence[RocRow]
+    attacks: Sequence[AttackRates]
+    false_alarms: Sequence[FalseAlarms]
+    sent: Sequence[SentBytes]
+    times: Sequence[StepTime]
+
+
+def connected_summary(run: RunFolder) -> ConnectedSummary | None:
+    """All figures of a run; None as long as no condition has instants of both parts.
+
+    Args:
+        run: The run.
+    """
+    conditions = condition_states(run)
+    if not conditions:
+        return None
+    return ConnectedSummary(
+        instants={
+            states.condition.name: {FITTED: len(states.fitted), JUDGED: len(states.clean)}
+            for states in conditions
+        },
+        distances=[distance_distribution(states) for states in conditions],
+        detection=[row for states in conditions for row in detection_rates(states)],
+        roc=[row for states in conditions for row in roc_rows(states)],
+        attacks=[row for states in conditions for row in attack_rates(states)],
+        false_alarms=[row for states in conditions for row in false_alarms(states)],
+        sent=[row for states in conditions for row in sent_bytes(states)],
+        times=step_times(run.timings()),
+    )

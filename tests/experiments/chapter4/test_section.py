@@ -1,0 +1,90 @@
+"""The section of a run in which it is known what every method finds."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from avsec_gym.experiments.chapter4.in_words import connected_sentences
+from avsec_gym.experiments.chapter4.section import connected_section
+from avsec_gym.experiments.chapter4.summary import ConnectedSummary, connected_summary
+from avsec_gym.experiments.json_rows import as_json
+from tests.experiments.chapter4.known_run import Kept, known_rows
+
+PLACES = 20
+
+
+@pytest.fixture(scope="module")
+def summary() -> ConnectedSummary:
+    found = connected_summary(Kept(known_rows(PLACES)))  # type: ignore[arg-type]
+    assert found is not None
+    json.dumps(as_json(found), allow_nan=False)
+    return found
+
+
+def test_attacks_are_counted_end_to_end(summary: ConnectedSummary) -> None:
+    rays, surfaces = (
+        next(row for row in summary.attacks if (row.kind, row.method) == ("ghost", method))
+        for method in ("rays", "surfaces")
+    )
+    # At a fifth of the places there was nothing to attack; the others end in four ways.
+    assert rays.covered.of == 4 * PLACES / 5
+    assert (rays.covered.rate, rays.decidable.rate) == (3 / 4, 2 / 4)
+    assert (rays.detected.rate, rays.of_decidable.rate) == (2 / 4, 1.0)
+    assert (surfaces.detected.rate, surfaces.of_decidable.rate) == (1 / 4, 1 / 2)
+    assert (rays.victim.rate, surfaces.victim.rate, surfaces.untold.rate) == (1 / 2, 0, 1 / 4)
+
+
+def test_areas_and_rates_of_known_scores(summary: ConnectedSummary) -> None:
+    rows = {(row.kind, row.method): row for row in summary.roc}
+    assert rows["removal", "rays"].area.value == 1.0
+    # Half of the attacks are above all regions, half below.
+    assert rows["ghost", "surfaces"].area.value == 0.5
+    assert rows["ghost", "surfaces"].true_positives["0.01"].rate == 0.5
+    assert rows["ghost", "surfaces"].regions == 9 * PLACES
+
+
+def test_thresholds_keep_what_they_designate(summary: ConnectedSummary) -> None:
+    for row in summary.detection:
+        if row.of == "regions":
+            assert row.false_alarms.rate is not None
+            assert row.false_alarms.rate <= row.rate
+    # A third of the pairs is 1.5 m apart, which no region's score is.
+    of_pairs = {
+        row.rate: row for row in summary.detection if (row.of, row.kind) == ("pairs", "ghost")
+    }
+    assert of_pairs[0.3].detected.rate == 0.5
+    assert of_pairs[0.3].false_alarms.rate == 0.0
+    assert of_pairs[0.4].false_alarms.rate == pytest.approx(6 / 9)
+
+
+def test_a_frame_has_more_false_alarms_than_a_region(summary: ConnectedSummary) -> None:
+    row = next(row for row in summary.false_alarms if row.rate == 0.1)
+    assert row.regions.rate == 0.0
+    assert row.decidable.rate == 0.9
+    assert {row.most for row in summary.sent} == {3000, 300}
+
+
+def test_distances_beside_the_bound_of_the_thesis(summary: ConnectedSummary) -> None:
+    [row] = summary.distances
+    assert row.below["clean"].rate == pytest.approx(2 / 3)
+    assert row.below["ghost"].rate == 0.0
+    for shares in row.bins.values():
+        assert sum(shares) == pytest.approx(1.0)
+    assert row.bins["clean"][30] == pytest.approx(1 / 3)
+
+
+def test_the_section_is_whole(summary: ConnectedSummary) -> None:
+    section = connected_section(summary)
+    for table in section.tables:
+        assert table.rows
+        assert {len(line) for line in table.rows} == {len(table.columns)}
+    said = " ".join(connected_sentences(summary))
+    assert "of 16 ghosts, 75.0 %" in said
+    assert "(thesis: 70 %)" in said
+
+
+def test_without_judged_instants_nothing_is_shown() -> None:
+    rows = [row for row in known_rows(3) if row.setting.startswith("fitted")]
+    assert connected_summary(Kept(rows)) is None  # type: ignore[arg-type]
