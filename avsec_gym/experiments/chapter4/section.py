@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.experiments.chapter4.in_words import connected_sentences
+from avsec_gym.experiments.chapter4.plots import figures_of_connected
 from avsec_gym.experiments.chapter4.settings import JUDGED
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary, connected_summary
 from avsec_gym.experiments.chapter4.tables import tables_of_connected
@@ -35,7 +36,7 @@ def connected_section(summary: ConnectedSummary) -> Section:
         "connected",
         "Do connected vehicles detect that one of them is lied to by its LiDAR?",
         connected_sentences(summary),
-        tables_of_connected(summary),
+        [*figures_of_connected(summary), *tables_of_connected(summary)],
         link="Connected vehicles",
         context=f"{judged} judged instants of each condition, each at a place of its own; ghosts"
         " are pasted and objects removed once at each. Regions are those that the vehicles propose"

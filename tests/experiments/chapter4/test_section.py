@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.experiments.chapter4.in_words import connected_sentences
 from avsec_gym.experiments.chapter4.section import connected_section
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary, connected_summary
@@ -77,11 +78,16 @@ def test_distances_beside_the_bound_of_the_thesis(summary: ConnectedSummary) -> 
 
 def test_the_section_is_whole(summary: ConnectedSummary) -> None:
     section = connected_section(summary)
+    # Two attacks under the one condition that there is; the factors have panels of their own.
+    figures = [part for part in section.parts if isinstance(part, Figure)]
+    assert [len(figure.drawings) for figure in figures] == [2, 2, 2, 4]
+    assert figures[3].drawings[1].count('class="reach"') == 2
     for table in section.tables:
         assert table.rows
         assert {len(line) for line in table.rows} == {len(table.columns)}
     said = " ".join(connected_sentences(summary))
-    assert "of 16 ghosts, 75.0 %" in said
+    assert "Of all 16 ghosts then, 75.0 %" in said
+    assert "rays detect 100.0 % [67.6, 100.0], AUC 1.000, of 8" in said
     assert "(thesis: 70 %)" in said
 
 
