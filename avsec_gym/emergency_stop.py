@@ -53,7 +53,7 @@ def judge_stop(plan: Plan, problem: PlanningScenario, truth: Obstacles) -> Safet
 
     Args:
         plan: The plan of `emergency_stop`.
-        problem: What it was asked.
+        problem: The problem that the planner was asked to solve.
         truth: The real obstacles.
     """
     record = replace(judge(plan, problem, truth), reason=STOPPED)

@@ -64,7 +64,7 @@ def checked_argument(name: str, value: Any, algorithm: str) -> Any:
 
     Args:
         name: Name of the argument.
-        value: As a file has it; a text may spell a number, as YAML reads 1e-3 as one.
+        value: The value as a file has it; a text may spell a number, as YAML reads 1e-3 as one.
         algorithm: The name of the algorithm.
 
     Returns:

@@ -36,7 +36,7 @@ class Row:
     """One agent or baseline.
 
     Args:
-        name: What it is called.
+        name: The name of the player.
         kind: ``agent`` or ``baseline``.
         played: The results of its held-out episodes.
         queries: Environment steps that it learned from, or was searched with.
@@ -77,7 +77,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """All rows, and what they say.
+    """All rows, and the conclusions from them.
 
     Args:
         env: The environment's id.

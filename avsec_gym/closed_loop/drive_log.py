@@ -58,7 +58,7 @@ def touched(car: Floats, sizes: Floats, poses: Floats, present: NDArray[np.bool_
     Args:
         car: The car's state, shape (5,).
         sizes: Length and width of the actors, shape (N, 2).
-        poses: Their poses, shape (N, 3).
+        poses: The actors' poses, shape (N, 3).
         present: Whether each is there, shape (N,).
     """
     reach = 0.5 * (np.hypot(*sizes.T) + np.hypot(BMW_320I.length, BMW_320I.width))

@@ -36,7 +36,7 @@ class LoopScenes:
     """Scenes to drive in.
 
     Args:
-        ids: Their ids, in order.
+        ids: The scenes' ids, in order.
         make: Makes the scene of an id.
     """
 

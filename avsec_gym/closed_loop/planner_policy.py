@@ -126,7 +126,7 @@ class PlannerPolicy:
 
         Args:
             state: The state that the car has really reached.
-            belief: What it believes now.
+            belief: The car's present belief.
         """
         due = not self.decisions or (belief.time - self.decisions[-1].time > self.replanning - 1e-6)
         if due or (belief.stops and self.decisions[-1].ambition != Ambition.STOP):

@@ -35,7 +35,7 @@ class Option:
 
     Args:
         flag: The flag as it is typed, such as ``--no-lidar``.
-        choices: What it takes, where that is one of a few words.
+        choices: The words that the option takes, where that is one of a few words.
     """
 
     flag: str

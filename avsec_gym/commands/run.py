@@ -33,8 +33,8 @@ class Run:
     my_package.my_module:MY_EXPERIMENT."""
     scenarios: str | None = None
     """Which scenes: a folder in KITTI's object layout; a default suite of the procedural world
-    (mixed, street, highway), made on first use; or `procedural`: as many of that world as --limit
-    says (12), drawn from the seed.  Default: what the first experiment is usually about, mixed for
+    (mixed, street, highway), made on first use; or `procedural`: --limit scenes of that world (12),
+    drawn from the seed.  Default: what the first experiment is usually about, mixed for
     most."""
     limit: int | None = None
     """Only the first scenes."""

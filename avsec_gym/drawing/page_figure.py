@@ -16,7 +16,7 @@ class Key:
     Args:
         kind: Class name that gives the sample its colour.
         sample: The line or mark, as HTML.
-        words: What it stands for.
+        words: The text that explains the mark.
     """
 
     kind: str

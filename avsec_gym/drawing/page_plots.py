@@ -124,7 +124,7 @@ def marker(at: Point, shape: str, kind: str, hint: str, *, focus: bool = False) 
         at: Pixels.
         shape: ``circle``, ``square``, ``diamond``, ``triangle`` or ``plus``.
         kind: Class names; ``hollow`` is not filled, ``small`` is smaller.
-        hint: What it is.
+        hint: The text that is shown where the pointer rests on it.
         focus: Whether it can be reached by keyboard, too.
     """
     x, y = at

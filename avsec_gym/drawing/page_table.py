@@ -18,7 +18,7 @@ class TableCell:
         interval: Beside it, smaller.
         thesis: The thesis' figure.
         hint: What is shown when a pointer rests on it.
-        key: What it is sorted by; None: its text.
+        key: The value that the column is sorted by; None: its text.
         tone: ``bad``, ``warn`` or nothing.
         words: Whether it holds words, which stand on the left.
     """
@@ -43,7 +43,7 @@ class Table:
     """Rows of cells below headings.
 
     Args:
-        title: What it shows.
+        title: One line on what the table shows.
         columns: Headings, none of them empty; the first ones are names, as many as `names`.
         rows: Rows as wide as `columns`.
         note: How to read it.

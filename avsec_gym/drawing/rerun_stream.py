@@ -68,7 +68,7 @@ def log_points(stream: Any, entity: str, points: Points, pose: Floats | None = N
         stream: The recording.
         entity: Where it stands in it.
         points: The scan, velodyne frame, shape (M, 4).
-        pose: From the velodyne frame to that of the recording; None: the same.
+        pose: The transform from the velodyne frame to that of the recording; None: the same.
     """
     import rerun as rr
 
@@ -90,7 +90,7 @@ def log_boxes(
     Args:
         stream: The recording.
         entity: Where they stand in it.
-        corners: Their corners in the recording's frame as `box_corners` orders them,
+        corners: The boxes' corners in the recording's frame as `box_corners` orders them,
             shape (N, 8, 3).
         shown: A colour for all, or for each.
         labels: A text for each.

@@ -1,4 +1,4 @@
-"""What drives come to, setting by setting: rates and means with intervals, and differences."""
+"""Results of drives, setting by setting: rates and means with intervals, and differences."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Mean:
 
 @dataclass(frozen=True)
 class SettingSummary:
-    """What the drives of one setting come to.
+    """Rates and means of the drives of one setting.
 
     Args:
         setting: The setting's name.
@@ -86,7 +86,7 @@ def summaries(
     Args:
         rows: Rows of drives.
         settings: Names, in the order of the table; differences are to the first one.
-        cluster: Which drives are one cluster for the intervals.
+        cluster: The drives that are one cluster for the intervals.
     """
     by_setting: dict[str, list[Row]] = {name: [] for name in settings}
     for row in rows:

@@ -30,7 +30,7 @@ _PARTS = {
 
 @dataclass(frozen=True)
 class SoFar:
-    """What a drive has come to before its end.
+    """The metrics of a drive before its end.
 
     Args:
         duration: Seconds.

@@ -84,7 +84,7 @@ class PlayedInstants:
     """Instants by number or name; the last few stay in memory.
 
     Args:
-        named: Which.
+        named: The data, by name or folder.
 
     Raises:
         ConfigurationError: None is left from `first` on.
@@ -154,7 +154,7 @@ def without_a_drive(id: str, intention: str, *, over: bool) -> dict[str, Any]:
 
     Args:
         id: Name of the instant.
-        intention: As everywhere; it has no meaning here.
+        intention: A driving intention, which every environment accepts; it has no meaning here.
         over: Whether a step was taken.
     """
     # Not nan, which Gymnasium's checker takes for another value every time.

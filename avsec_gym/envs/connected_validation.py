@@ -48,13 +48,13 @@ _ATTACKS = ("paste", "removal")
     scenarios=SUITE,
 )
 class ConnectedValidationEnv(DrawnEnv[Observation]):
-    """Name the vehicle whose LiDAR is attacked, from what the rays of all vehicles say.
+    """Name the vehicle whose LiDAR is attacked, from the rays of all vehicles.
 
     ## Description
     Several vehicles with LiDARs see one place.  At some instants an attacker pastes the scan of a
     real object into one vehicle's scan, or removes an object from it (thesis, chapter 4).  Vehicles
-    send where their rays end in regions in which objects may be, and what their rays say of the
-    claims of the others.  The agent is the base station that decides.
+    send where their rays end in regions in which objects may be, and how many of their rays support
+    the claims of the others.  The agent is the base station that decides.
 
     ## Observation
     `Box(-1, 1, (4 V (V - 1) + 3,), float32)` for V vehicles.  A pair is a claimer j and a witness
@@ -233,7 +233,7 @@ def evidence_features(result: ConnectedResult, station: ConnectedValidator) -> F
     """What the agent sees of an instant, see `ConnectedValidationEnv`.
 
     Args:
-        result: Of the method of rays.
+        result: The decision of the method of rays.
         station: What decided; its chances of rays weigh the counts.
     """
     assert result.counts is not None
@@ -241,12 +241,12 @@ def evidence_features(result: ConnectedResult, station: ConnectedValidator) -> F
     pairs = ~np.eye(vehicles, dtype=bool)
     evidence = log_likelihood_ratio(result.counts, station.constants.rates)[:, pairs]
     evidence = np.clip(evidence / _LARGEST, -1.0, 1.0)
-    told = np.asarray(result.counts.any(axis=3))[:, pairs]
+    witnessed = np.asarray(result.counts.any(axis=3))[:, pairs]
     first = np.argsort(-evidence.max(axis=1, initial=-1.0), kind="stable")[:REGIONS]
     most, score = np.zeros((REGIONS, pairs.sum())), np.zeros(REGIONS)
     most[: len(first)] = evidence[first]
     score[: len(first)] = np.clip(result.score[first] / (2 * _LARGEST), -1.0, 1.0)
-    share = told.mean(axis=0) if len(told) else np.zeros(pairs.sum())
+    share = witnessed.mean(axis=0) if len(witnessed) else np.zeros(pairs.sum())
     return np.concatenate([most.ravel(), share, score])
 
 

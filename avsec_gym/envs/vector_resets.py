@@ -20,7 +20,7 @@ def generators_of(
     Args:
         seed: A seed s, of which environment i gets s + i; or one for each; None: it is not changed.
         count: Number of environments.
-        before: Their generators so far; empty: there are none.
+        before: The environments' generators so far; empty: there are none.
 
     Raises:
         ConfigurationError: A seed is no whole number from 0 on, or there is not one for each.

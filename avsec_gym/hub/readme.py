@@ -19,11 +19,11 @@ class Readme:
 
     Args:
         name: The model's name.
-        summary: What it is, one sentence.
+        summary: One sentence on what the network or agent is.
         license: The hub's name of its licence, such as ``mit``.
         tags: Words that it is found by.
         task: The hub's name of what it does, such as ``object-detection``.
-        dataset: What it was judged on.
+        dataset: The data that it was judged on.
         metrics: What came out there, by name.
         sections: The rest of the page: a text for each heading.
     """

@@ -69,7 +69,7 @@ def check_data(
 
 
 def _look_around(survey: Survey) -> None:
-    """Say what an unknown folder is instead, or which of its subfolders are KITTI's."""
+    """Find out what an unknown folder is instead, or which of its subfolders are KITTI's."""
     other = other_data(survey.root)
     if other is not None:
         survey.notes.append(other.advice)

@@ -22,7 +22,7 @@ class Recording(ABC):
     Args:
         folder: The folder that messages name.
         name: The name of the drive or the sequence.
-        what: What it is called there, such as ``drive``.
+        what: The recording's name there, such as ``drive``.
         download: What brings missing parts, a sentence without its full stop.
     """
 

@@ -90,7 +90,7 @@ def write_result_folder(
 
 
 def _claim(out: Path, detector: Any, data: KittiObject) -> None:
-    """Say whose results these are.
+    """State whose results these are.
 
     Raises:
         DataError: They are another detector's.

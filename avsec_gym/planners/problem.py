@@ -110,7 +110,7 @@ def problem_of(
 def _check_start_speed(velocity: float, primitives: MotionPrimitives) -> None:
     """Refuse a start that drives backwards, or far faster than the primitives.
 
-    Slower ones than the slowest primitive are planned: the thesis' scenarios say 0 m/s.
+    Slower ones than the slowest primitive are planned: the thesis' scenarios state 0 m/s.
     """
     fastest = float(primitives.states[:, 0, 2].max())
     if not -_ROLLING_BACK <= velocity <= fastest + _FASTER:

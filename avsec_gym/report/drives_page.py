@@ -49,7 +49,7 @@ def drives_page(
 
     Args:
         folder: The drives.
-        summary: What they come to.
+        summary: Their rates and means, setting by setting.
         record: What was asked for.
         pictures: The most scenes whose drives ended badly that are shown as film strips.
 

@@ -20,7 +20,7 @@ def html_page(report: RunReport) -> str:
     """The page.
 
     Args:
-        report: What the run has to say.
+        report: Facts of the run and the sections of its experiments.
     """
     environment = page_environment()
     data = report.data

@@ -16,7 +16,7 @@ def markdown_page(report: RunReport, command: str = "avsec report RUN --markdown
     """The answer, the tables, and what the run was.
 
     Args:
-        report: What the run has to say.
+        report: Facts of the run and the sections of its experiments.
         command: The command that made the text.
     """
     lines = [f"# {report.data['question']}"]

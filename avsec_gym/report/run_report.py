@@ -1,4 +1,4 @@
-"""What a run has to say: facts of the run itself, and what each experiment finds in it."""
+"""The report of a run: facts of the run itself, and what each experiment finds in it."""
 
 from __future__ import annotations
 

@@ -86,10 +86,10 @@ class Cell:
 
     @classmethod
     def of(cls, work: str, group: str = "", /, **arguments: Any) -> Cell:
-        """A cell with arguments that JSON can say; 1 and 1.0 are two arguments.
+        """A cell with arguments that JSON can hold; 1 and 1.0 are two arguments.
 
         Raises:
-            ConfigurationError: JSON cannot say them.
+            ConfigurationError: JSON cannot hold them.
         """
         try:
             key = json.dumps(arguments, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -180,7 +180,7 @@ def _manifest(
 def _stored(
     cells: Sequence[Cell], team: Workers, store: ResultStore
 ) -> Generator[tuple[Cell, Failed | None], None, None]:
-    """Have cells done and store what they come to; yields each with its failure, if it failed."""
+    """Have cells done and store their results; yields each with its failure, if it failed."""
     with closing(team), closing(finished_cells(cells, team)) as outcomes:
         for cell, outcome in outcomes:
             stored = store.add(cell, outcome)

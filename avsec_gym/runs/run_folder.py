@@ -1,4 +1,4 @@
-"""What a run has come to, read from its folder; also while it is still going on."""
+"""The results of a run, read from its folder; also while it is still going on."""
 
 from __future__ import annotations
 

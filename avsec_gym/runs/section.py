@@ -80,7 +80,7 @@ class Answer:
 
     Args:
         word: The answer, in a word or two.
-        sentence: What it means.
+        sentence: The answer as a sentence.
         cases: The answer case by case.
         figure: What shows it; its title is not used.
         together: One sentence on all cases together, for the text.

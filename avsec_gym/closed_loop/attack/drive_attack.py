@@ -37,7 +37,7 @@ class DriveAttack(ABC):
         """Lay, keep up or take down what an action names.
 
         Args:
-            action: In [-1, 1], shape (action_size,).
+            action: The attacker's action in [-1, 1], shape (action_size,).
             around: The truth around the car at this instant; places are named relative to it.
 
         Returns:
@@ -66,7 +66,7 @@ class DriveAttack(ABC):
         """What the car believes under the attack.
 
         Args:
-            perception: What it believes without the attack on beliefs.
+            perception: The car's perception without the attack on beliefs.
             around: The truth around it.
         """
         return perception

@@ -39,7 +39,7 @@ class Velocities:
     Args:
         frames: Frame of each, shape (n,).
         poses: x, y, heading, shape (n, 3).
-        rates: Their rates of change, m/s and rad/s, shape (n, 3).
+        rates: The rates of change of each pose, m/s and rad/s, shape (n, 3).
     """
 
     frames: np.ndarray[tuple[int], np.dtype[np.int64]]

@@ -136,7 +136,7 @@ class AttackedDrives:
         """The results of one cell.
 
         Args:
-            detector: Its name.
+            detector: The detector's name.
             attack: See `avsec_gym.experiments.chapter5.settings`.
             scenario: The scene's id.
 
@@ -175,7 +175,7 @@ class AttackedDrives:
         """One episode of a run once more, for a picture: with what the car saw and believed.
 
         Args:
-            detector: Its name.
+            detector: The detector's name.
             attack: The attack in the episode's setting, such as ``texture-thesis_pgd-1``.
             scenario: The scene's id.
             intention: The driving intention.

@@ -46,7 +46,7 @@ class UnattackedRow:
     """What a detector reaches unattacked, percent.
 
     Args:
-        detector: Its name.
+        detector: The detector's name.
         precision: Average precision.
         safety: Safe driving rate.
     """
@@ -63,7 +63,7 @@ class RankCorrelation:
     Args:
         attacks: Number of attacks.
         rho: The correlation; None: there is none, see `spearman`.
-        interval: Its 95 % interval.
+        interval: The correlation's 95 % interval.
     """
 
     attacks: int

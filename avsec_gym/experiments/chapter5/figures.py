@@ -110,7 +110,7 @@ def chapter_figures(
 
     Args:
         run: The run.
-        outcomes: Its outcomes.
+        outcomes: The run's outcomes.
         on_progress: Called with the number of slow parts that are done, and of all.
 
     Raises:

@@ -19,7 +19,7 @@ class Flip:
         scenario: The scene's id.
         intention: The driving intention.
         outcome: The attacked outcome, ``collision`` or ``unplanned``.
-        why: Its reason, in words.
+        why: The reason of the flip, in words.
     """
 
     condition: Condition

@@ -71,7 +71,7 @@ def ghosts(
 
     Args:
         detections: The detections of one frame.
-        truth: Its labels, DontCare regions among them.
+        truth: The scene's labels, DontCare regions among them.
         overlap: Least intersection over union with a real object.
         ignored: Least share of a 2D box in a DontCare region.
     """
@@ -176,7 +176,7 @@ def placed_ghosts(
 
     Args:
         detections: The detections of one frame.
-        truth: Its labels.
+        truth: The scene's labels.
         view: Road and side area of its left image.
         calibration: The calibration of the frame.
         threshold: Least score.

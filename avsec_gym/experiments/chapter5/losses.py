@@ -42,7 +42,7 @@ class Sampled:
 
     Args:
         value: The figure.
-        samples: Its value in each sample, shape (R,); NaN where a sample has nothing to measure.
+        samples: The value in each sample, shape (R,); NaN where a sample has nothing to measure.
     """
 
     value: float

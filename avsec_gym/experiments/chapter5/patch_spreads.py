@@ -140,7 +140,7 @@ class PatchSpreads:
         """The results of one cell.
 
         Args:
-            detector: Its name.
+            detector: The detector's name.
             patch: One of `PATCHES`.
             images: One of `IMAGES`.
 

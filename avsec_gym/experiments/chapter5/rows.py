@@ -24,7 +24,7 @@ class Estimate:
 
     Args:
         value: The figure; None: there is nothing to measure.
-        interval: Its interval; None: it cannot be drawn.
+        interval: The interval of the estimate; None: it cannot be drawn.
     """
 
     value: float | None

@@ -45,7 +45,7 @@ class SafetyRow:
         condition: The detector under its attack.
         intention: The driving intention.
         rates: The three rates.
-        paired: Their differences from the unattacked detector; None where that is not there.
+        paired: The rates' differences from the unattacked detector; None where that is not there.
         thesis: The thesis' rates, where it has them.
         mcnemar_p_holm: The p-value of `paired` after Holm's correction for all rows of attacks;
             None where there is none.

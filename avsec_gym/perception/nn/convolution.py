@@ -74,7 +74,7 @@ def convolution(
         out: Channels that leave.
         groups: See `normalisation`.
         dimensions: The number of dimensions of space: images or volumes.
-        kernel: Its odd size in every dimension.
+        kernel: The kernel's odd size in every dimension.
         stride: The stride in every dimension.
         dilation: The dilation in every dimension.
     """

@@ -1,4 +1,4 @@
-"""Which points of a cloud are near a place, and what they say there.
+"""Which points of a cloud are near a place, and the features that they give it.
 
 What is said of points is a tensor (B, N, C), of their neighbours (B, M, K, C).
 """
@@ -66,7 +66,7 @@ def gathered(features: Tensor, index: Tensor) -> Tensor:
 
 
 def interpolated(features: Tensor, distances: Tensor, index: Tensor) -> Tensor:
-    """What neighbours say, the nearer ones more: weights are inverse distances.
+    """The mean of neighbours, the nearer ones more: weights are inverse distances.
 
     Args:
         features: The features of known points, shape (B, M, C).

@@ -58,7 +58,7 @@ def first_inside(inside: Tensor, count: int) -> Tensor:
     """The first points in each box, in their order, from the first on again where they are few.
 
     Args:
-        inside: Which points are in which box, shape (M, N).
+        inside: Whether a point is in a box, shape (M, N).
         count: How many are taken.
 
     Returns:

@@ -40,7 +40,7 @@ class Checkpoint:
         step: Steps that were done.
         trained: State of the network and of whatever is learned with it; empty before a start.
         average: State of the average of the weights.
-        optimizer: Its state.
+        optimizer: The optimizer's state.
         best: The highest leading metric so far.
         best_step: The step at which it was reached.
         without_better: Validations since then.

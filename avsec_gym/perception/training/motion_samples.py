@@ -42,7 +42,7 @@ class MotionSamples:
         before: The crops at each gap, under both stories, shape (N, V, GAPS, 2, H, W, 3); without
             gaps for single crops.
         known: Whether there is a crop at each gap, shape (N, GAPS).
-        moving: Which of them move in truth, shape (N,).
+        moving: Whether each object moves in truth, shape (N,).
         margin: The pixels of it on every side.
     """
 

@@ -13,7 +13,7 @@ class ModelCard:
     Args:
         network: The name of the network, such as ``dsgn``.
         configuration: The configuration of the network.
-        data: What it was trained and validated on.
+        data: The data that the network was trained and validated on.
         training: Configuration of the training, seed among it.
         metrics: The metrics on the validation data.
         beside: What was learned with the network and is no part of it, such as weights of losses.
@@ -29,7 +29,7 @@ class ModelCard:
         before: Trainings whose weights this one began with, the first one first; see `trainings`.
         versions: The versions of what made them.
         source: The origin of weights that were not made here.
-        license: Their licence, by its SPDX name; None where whoever made them has not said.
+        license: The weights' licence, by its SPDX name; None where whoever made them has not said.
         parameters: How many numbers are learned.
         storage: The type of floating-point numbers in the file.
         sha256: The SHA-256 of the file.

@@ -29,7 +29,7 @@ def check_recorded(path: Path, card: ModelCard, network: nn.Module) -> None:
 
     Args:
         path: The path of the weights.
-        card: Theirs.
+        card: The card of the weights.
         network: The network to be filled; one without a `configuration` is taken as it is.
 
     Raises:

@@ -11,8 +11,8 @@ from torch import nn
 def weights_hash(part: Any) -> str | None:
     """SHA-256 of the weights of a part's `network`; None for one that has none.
 
-    Whatever is fitted to a network (a patch, a likelihood, an error model) keeps it, since it says
-    nothing of the same network with other weights.
+    Whatever is fitted to a network (a patch, a likelihood, an error model) keeps it, since it
+    holds for no other weights of the same network.
 
     Args:
         part: A detector, a depth estimator, or anything else.

@@ -20,7 +20,7 @@ class Budget:
     Args:
         nbytes: All that a vehicle sends.
         proposals: Share for its proposals.
-        counts: Share for what its rays say of the claims of all others together; claims have what
+        counts: Share for its counts of rays on the claims of all others together; claims have what
             is left.
 
     Raises:
@@ -49,7 +49,7 @@ class Budget:
         """A vehicle's claims, each with every second, third, ... voxel if there are too many.
 
         Args:
-            claims: What it would claim.
+            claims: All that the vehicle could claim.
             spent: Bytes that its proposals took.
         """
         most = int(self.nbytes * (1 - self.counts)) - spent
@@ -66,15 +66,15 @@ class Budget:
         return claims[np.zeros(0, np.int64)]
 
     def counts_within(self, counts: WitnessCounts, others: int) -> WitnessCounts:
-        """What a vehicle says of one other's claims: contradictions first, then the most rays.
+        """The counts to send on another vehicle's claims: contradictions first, then most rays.
 
         Args:
-            counts: All that it would say.
+            counts: All that it has counted.
             others: Number of the others, among which its share is divided.
         """
         share = int(self.nbytes * self.counts) // max(others, 1)
-        told = counts.counts.any(axis=1)
-        counts = WitnessCounts(counts.region[told], counts.counts[told])
+        with_rays = counts.counts.any(axis=1)
+        counts = WitnessCounts(counts.region[with_rays], counts.counts[with_rays])
         order = np.lexsort((-counts.counts.sum(axis=1), -counts.counts[:, 1]))
         kept = np.sort(order[: most_rows(share)])
         return WitnessCounts(counts.region[kept], counts.counts[kept])

@@ -44,12 +44,12 @@ class ConnectedFit:
         rates: Chances of rays.
         margins: How far things may lie apart, for rays.
         see_through: See `DecisionRule`.
-        calibration: From a region's score to a probability.
+        calibration: The map from a region's score to a probability.
         clean_scores: Highest score of each attack-free instant, rising; -inf where nothing was
             compared.
         epsilon: Mean distance of ground surfaces, metres.
-        clean_distances: Of pairs of attack-free surfaces, metres, rising.
-        of_distance: From the largest distance of a region to a probability.
+        clean_distances: The distances of pairs of attack-free surfaces, metres, rising.
+        of_distance: The map from the largest distance of a region to a probability.
 
     Raises:
         ConfigurationError: No scores or distances.

@@ -79,7 +79,7 @@ class FittedInstants:
         proposer: Proposes regions.
         attacks: What each instant is attacked by, one after the other.
         margins: How far things may lie apart, for rays.
-        seed: Of the attacks.
+        seed: The seed of the attacks.
     """
 
     data: Mapping[str, Any] = field(default_factory=dict)
@@ -243,8 +243,8 @@ def _fitted_scores(
 def _listed(counts: NDArray[np.int64] | None) -> list[list[int]]:
     """Counts as rows of region, claimer, witness, and three numbers; the first is the shape."""
     assert counts is not None
-    told = np.argwhere(counts.any(axis=3))
-    rows = np.concatenate([told, counts[tuple(told.T)]], axis=1)
+    indices = np.argwhere(counts.any(axis=3))
+    rows = np.concatenate([indices, counts[tuple(indices.T)]], axis=1)
     return [[len(counts)], *rows.tolist()]
 
 

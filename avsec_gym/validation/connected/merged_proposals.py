@@ -28,9 +28,9 @@ class MergedProposals:
 
     Args:
         complete_set: The message that all vehicles got.
-        regions: Its regions in the world, R of them.
+        regions: The set's regions in the world, R of them.
         of_vehicles: What the base station took of each vehicle's proposals, world frame.
-        poses: Where each vehicle says that it is, of those whose proposals were taken.
+        poses: The pose that each vehicle reported, of those whose proposals were taken.
     """
 
     complete_set: RegionMessage
@@ -75,7 +75,7 @@ def merge_proposals(
         read = traffic.send(
             MessageKind.PROPOSALS, number, message.to_bytes(), RegionMessage.from_bytes
         )
-        # The number of a sender is that of its connection, whatever the message says.
+        # The number of a sender is that of its connection, whatever the message states.
         arrived += [RegionMessage(number, each.pose, each.regions) for each in read]
     with traffic.step("merge"):
         taken = admitted_proposals(arrived)

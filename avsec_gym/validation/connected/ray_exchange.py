@@ -41,7 +41,7 @@ def exchange_rays(
     budget: Budget,
     motions: Sequence[Motion] | None = None,
 ) -> NDArray[np.int64]:
-    """Claims of all, and what all others' rays say of them.
+    """Claims of all, and how all others' rays support them.
 
     Args:
         scans: The scan of each vehicle, by number.

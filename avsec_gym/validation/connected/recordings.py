@@ -46,7 +46,7 @@ def recorded_instants(
 
     Args:
         world: The data set.
-        poses: Whose poses align the scans.
+        poses: The poses that align the scans, true or measured ones.
         ids: The instants that are read; None: all.
 
     Raises:

@@ -19,7 +19,7 @@ class Regions:
     Args:
         centre: Centres of their bottoms, metres, shape (N, 3).
         size: Lengths, widths, heights, metres, shape (N, 3).
-        heading: Their headings, radians from x towards y, shape (N,).
+        heading: The regions' headings, radians from x towards y, shape (N,).
 
     Raises:
         DataError: Shapes differ, a number is not finite, or a size is not positive.

@@ -22,7 +22,7 @@ class AccusedRegion:
     """A region that alarms.
 
     Args:
-        index: Its number among the regions of the instant.
+        index: The region's number among those of the instant.
         kind: What the best explanation is.
         probability: Probability of an attack.
         vehicle: The vehicle whose LiDAR is attacked, or `CANNOT_TELL`.

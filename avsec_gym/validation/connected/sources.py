@@ -32,7 +32,7 @@ class ConnectedSource:
 
     Args:
         root: The folder.
-        layout: What it is.
+        layout: The layout of the folder.
         names: The instants' names where they are known without reading scans.
         read: Yields the instants.
     """
@@ -56,7 +56,7 @@ def connected_source(root: str | Path, poses: PosesOf = "measured") -> Connected
     Args:
         root: A data set of `avsec world make --suite connected`; a scenario or a folder of
             scenarios in OPV2V's layout; a drive, a day or a folder of days in KITTI's raw layout.
-        poses: Whose poses align the scans.
+        poses: The poses that align the scans, true or measured ones.
 
     Raises:
         ConfigurationError: Poses that this layout does not have.

@@ -27,7 +27,7 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 @dataclass(frozen=True, eq=False)
 class ComparedSurfaces:
-    """What the surfaces of an instant say.
+    """The decision from the surfaces of an instant.
 
     Args:
         distances: Distances of all pairs of vehicles, metres, shape (R, V, V), NaN where nothing

@@ -25,7 +25,7 @@ class MessageKind(StrEnum):
     PROPOSALS = "proposals"
     CLAIMS = "claims"
     COUNTS = "counts"
-    """What its rays say of the claims of all others, a message for each of them."""
+    """How its rays support the claims of all others, a message for each of them."""
     CROPS = "crops"
 
 
@@ -68,9 +68,9 @@ class Traffic:
         """A message on its way to the base station.
 
         Args:
-            kind: What it is.
+            kind: The kind of the message.
             sender: Number of the vehicle, which is that of its connection.
-            content: Its bytes.
+            content: The message's bytes.
             read: Reads a message, or raises `DataError`.
 
         Returns:

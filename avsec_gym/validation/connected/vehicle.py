@@ -21,7 +21,7 @@ def propose_regions(number: int, scan: VehicleScan, proposer: RegionProposer) ->
 
     Args:
         number: Number of the vehicle.
-        scan: Its scan, with the pose that it measured.
+        scan: The vehicle's scan, with the pose that it measured.
         proposer: Proposes regions all around.
     """
     return RegionMessage(number, scan.pose, proposer(scan.points))
@@ -34,7 +34,7 @@ def scan_of_regions(
 
     Args:
         number: Number of the vehicle.
-        scan: Its scan, with the pose that it measured.
+        scan: The vehicle's scan, with the pose that it measured.
         complete_set: The regions that the base station distributed.
         margins: How much more than a region is cropped.
     """

@@ -17,7 +17,7 @@ class VehicleScan:
     """What one vehicle knows of itself at an instant.
 
     Args:
-        points: Its scan, velodyne frame, metres, with reflectance, shape (M, 4).
+        points: The vehicle's scan, velodyne frame, metres, with reflectance, shape (M, 4).
         pose: The rigid transform ``Tr = (R, t)`` from the velodyne frame to the world that all
             vehicles share, as the vehicle measures it, shape (4, 4).
         time: The time of the scan after the instant, seconds.

@@ -54,7 +54,7 @@ def likelihood_of_clean(on: FittedOn, evidence: Floats, drives: Sequence[str]) -
         on: The sensors, the depth and the data.
         evidence: Evidence as of `evidence_of_all_states`, in the order in which the frames were
             recorded, shape (N, 2^(n+1), M).
-        drives: Which drive each frame belongs to.  Fewer than five cannot be held out one after
+        drives: The drive that each frame belongs to.  Fewer than five cannot be held out one after
             the other: they are cut into ten stretches, at whose ends frames are alike, so that
             somewhat more false alarms are to be expected than r.
 

@@ -35,7 +35,7 @@ class NormalScores:
             shape (Q, M); without any, scores are the log-odds.
         begins: Where the tail begins, log-odds, shape (M,).
         chances: Share of clean frames beyond where the tail begins, above 0, shape (M,).
-        tails: Their mean excess, log-odds, shape (M,).
+        tails: The tails' mean excess, log-odds, shape (M,).
 
     Raises:
         ConfigurationError: The arrays are no such quantiles and tails.

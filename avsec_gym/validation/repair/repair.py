@@ -116,7 +116,7 @@ def filled_image(image: Image, view: TrustedView, damaged: Mask) -> Image:
 
     Args:
         image: The image of the attacked camera.
-        view: What it should see.
+        view: The image that the camera should see.
         damaged: The pixels to fill, shape (H, W).
     """
     result = np.where(

@@ -50,7 +50,7 @@ class ReliabilityPoint:
         predicted: The mean of their probabilities.
         observed: The share of them that is attacked.
         interval: The 95 % interval of `observed`, as if drives were independent.
-        sensors: Their share of all sensors.
+        sensors: The point's share of all sensors.
     """
 
     predicted: float
@@ -80,7 +80,7 @@ class Calibration:
     """How often `LikelihoodValidator` is right.
 
     Args:
-        rate: Its designated false alarm rate r.
+        rate: The method's designated false alarm rate r.
         certainty: The probability that a status needs.
         statuses: Shares by the number of attacked sensors, as text.
         probabilities: Probabilities by the prior as it comes.

@@ -46,7 +46,7 @@ class CaseRates:
     Args:
         cases: The share by the attacked sensors (`case_name`) of frames with an alarm.
         average: The mean of all cases.
-        interval: Its 95 % interval.
+        interval: The rate's 95 % interval.
         false_alarms: The alarms on clean frames.
     """
 

@@ -28,7 +28,7 @@ class EvidenceTable:
 
     Args:
         system: The sensors.
-        frames: Their ids.
+        frames: The frames' ids.
         shares: The evidence as of `gather_evidence`, shape (N, states, M).
         of_triples: `OF_TRIPLES` of every triple, shape (N, states, 2, triples).
     """

@@ -71,7 +71,7 @@ class MethodRates:
 
     Args:
         method: The way: algorithm 2 by a criterion, or maximum likelihood.
-        rates: Its rates.
+        rates: The method's rates.
     """
 
     method: str

@@ -43,7 +43,7 @@ class LocatedAttack:
     """How well the damage of one attack is located and repaired; None where nothing was measured.
 
     Args:
-        attack: Its name.
+        attack: The attack's name.
         frames: How many frames.
         iou: Mean intersection over union of the found and the true damage.
         interval: 95 % of the mean, bootstrap over drives; None of a single drive.
@@ -123,7 +123,7 @@ def _row(attack: str, found: Mapping[str, Mapping[str, float | None]]) -> Locate
     """The row of one attack.
 
     Args:
-        attack: Its name.
+        attack: The attack's name.
         found: Values by name and frame.
     """
     known = {

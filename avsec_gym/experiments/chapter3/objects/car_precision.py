@@ -62,7 +62,7 @@ class PrecisionAtLevel:
 
     Args:
         value: The AP.
-        interval: Its 95 % interval; None of a single drive.
+        interval: The precision's 95 % interval; None of a single drive.
         lost: How much less that is than without the attack.
         lost_interval: The 95 % interval of the loss.
     """

@@ -65,7 +65,7 @@ class OpticalSummaries:
     Args:
         baseline: Attacks that objects reveal.
         impact: What the thesis' attacks do to detectors.
-        believed: Which bogus points are taken for an obstacle.
+        believed: The rates at which bogus points are taken for an obstacle.
         sensitivity: What is detected and what harms, by an attack's size.
     """
 

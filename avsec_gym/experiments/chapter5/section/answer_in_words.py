@@ -56,7 +56,7 @@ class DetectorAnswer:
 
     Args:
         detector: The detector.
-        name: Its name for readers.
+        name: The detector's name for readers.
         kind: The kind of answer, see above.
         evidence: The figures that it rests on.
         took: What the strongest perturbation and the random patch took, a sentence each.
@@ -76,7 +76,7 @@ class WordedAnswer:
     Args:
         kind: The kind of answer, see above.
         word: The answer in a word or two.
-        sentence: What it means.
+        sentence: The answer as a sentence.
         detectors: The answer for each detector.
     """
 

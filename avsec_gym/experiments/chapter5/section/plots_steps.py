@@ -25,7 +25,7 @@ class PlottedPoint:
     Args:
         condition: The detector under so many steps.
         line: The line that it belongs to.
-        figure: Its value, interval, and the thesis'.
+        figure: The point's value, interval, and the thesis'.
     """
 
     condition: Condition

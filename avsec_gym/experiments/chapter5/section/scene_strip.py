@@ -59,7 +59,7 @@ class EpisodeView:
     Args:
         title: What was done.
         image: The left image, as a data URI.
-        size: Its width and height, pixels.
+        size: The view's width and height, pixels.
         real: Outlines of true objects in it, as paths of SVG.
         believed: Outlines of believed boxes.
         cars: Number of real cars that are found, and of all.

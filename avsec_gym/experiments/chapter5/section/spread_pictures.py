@@ -33,7 +33,7 @@ class MapPicture:
     """One layer.
 
     Args:
-        layer: Its name.
+        layer: The layer's name.
         image: The map as a data URI, from no change to the layer's largest.
         radius: The radius that changes by the layer's maximum, in multiples of the patch's.
         radius_absolute: The radius by what another image would change, likewise.

@@ -1,4 +1,4 @@
-"""DSGN's anchors seen from above, and its way to say a box by eight corners, forth and back."""
+"""DSGN's anchors seen from above, and its coding of a box by eight corners, there and back."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def decode(
 
     Args:
         output: The output of the network.
-        configuration: Its anchors and grid.
+        configuration: The network's anchors and grid.
         projections: P of the left cameras for their own images, shape (B, 3, 4).
         size: Height and width of these images, pixels.
         rule: What becomes a box.

@@ -65,7 +65,7 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
             trained for an earlier edition of the preset, that edition.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         categories: Classes that `losses` teaches, among those of the anchors.
-        rule: Which anchors become boxes; None: that of the configuration.
+        rule: The rule by which anchors become boxes; None: that of the configuration.
 
     Raises:
         ConfigurationError: The weights are those of another configuration, or no anchor has one

@@ -1,4 +1,4 @@
-"""What DSGN is to say of a scene: which anchors stand for which object (Chen et al., section 3.4).
+"""The targets of DSGN for a scene: which anchors stand for which object (Chen et al., section 3.4).
 
 An anchor is as far from an object as their bottom corners are on average, corner by corner; so an
 anchor that points the other way is far, unless anchors stand for both.  An object takes as many of

@@ -36,7 +36,7 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
     Args:
         configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        rule: Which regions become boxes.
+        rule: The rule by which regions become boxes.
         sample: How much of an image `losses` takes; None: less for `small` than as published.
         seed: The seed of the sample that `losses` draws outside of training.
 

@@ -69,7 +69,7 @@ class PixorConfiguration:
     """Every number of the network; the defaults are those of the public code, as published.
 
     Args:
-        region: What it sees.
+        region: The region that it reads.
         stem: Channels of the first two convolutions.
         planes: Inner channels of the four stages of bottlenecks; the outer ones are four times
             as many.

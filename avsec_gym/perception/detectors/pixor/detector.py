@@ -31,8 +31,8 @@ class PixorDetector(NetworkDetector[PixorConfiguration, PixorNetwork]):
     Args:
         configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        rule: Which cells become boxes; None: as published, but for the small one, with more
-            candidates.
+        rule: The rule by which cells become boxes; None: as published, but for the small one, with
+            more candidates.
 
     Raises:
         ConfigurationError: The weights are those of another configuration.

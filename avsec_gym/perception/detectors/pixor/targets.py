@@ -1,4 +1,4 @@
-"""What every cell should say: whether it is on an object, and where that one is."""
+"""The target of every cell: whether it is on an object, and where that one is."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ class PointRcnnConfiguration:
     """Every number of both stages; the defaults are those of the public code, as published.
 
     Args:
-        view: What it sees.
+        view: The part of the scan that it reads.
         levels: The levels of the backbone, fine to coarse.
         propagation: Channels of the layers back up, fine to coarse; the first are those of points.
         head: Channels of the hidden layers of segmentation and of boxes.
@@ -149,7 +149,7 @@ class PointRcnnConfiguration:
         proposals: The number of proposals in use.
         training_proposals: The number of proposals in training.
         refinement: The second stage.
-        sampling: What it learns from.
+        sampling: The points and proposals that it learns from.
         ignored_margin: Metres about an object in which a point is neither on it nor background.
         category: What is looked for.
         alike: Other classes that are learned as if they were this one.

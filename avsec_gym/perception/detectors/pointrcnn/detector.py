@@ -51,7 +51,8 @@ class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork
     Args:
         configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        rule: Which boxes are reported; None: as published, but for the small one, also unsure ones.
+        rule: The rule by which boxes are reported; None: as published, but for the small
+            one, also unsure ones.
 
     Raises:
         ConfigurationError: The weights are those of another configuration.

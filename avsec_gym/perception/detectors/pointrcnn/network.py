@@ -18,7 +18,7 @@ from avsec_gym.perception.detectors.pointrcnn.refinement_network import (
 
 @dataclass(frozen=True, eq=False)
 class PointRcnnOutput:
-    """What both stages say of B scans.
+    """The output of both stages for B scans.
 
     Args:
         points: The points of the first stage.

@@ -1,4 +1,4 @@
-"""From what points say to proposals: the best boxes, few of them alike, near ones and far ones."""
+"""From the boxes of points to proposals: the best of them, few alike, near ones and far ones."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def proposals(output: PointOutput, coding: BinCoding, rule: ProposalRule) -> lis
     Args:
         output: The output of the first stage.
         coding: The coding of its boxes.
-        rule: Which boxes are taken.
+        rule: The rule by which boxes are taken.
     """
     found = []
     for points, codes, scores in zip(output.points, output.codes, output.scores, strict=True):

@@ -32,7 +32,7 @@ class RefinementOutput:
 
     Args:
         logits: The logits that it is an object, shape (R,).
-        codes: Its box in the proposal's frame; see `refined_boxes`, shape (R, channels).
+        codes: The box's code in the proposal's frame; see `refined_boxes`, shape (R, channels).
     """
 
     logits: Tensor

@@ -1,4 +1,4 @@
-"""What points and proposals should say: whether they are on an object, and where that one is."""
+"""The targets of points and proposals: whether they are on an object, and where that one is."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class ObservedBoxes:
         left: 2D boxes in the left image, shape (N, 4): left, top, right, bottom.
         right: The same in the right image.
         keypoint: Where the keypoint is in the left image, u, shape (N,).
-        corner: Which bottom corner it is, 0..3 as in `CORNERS`, shape (N,).
+        corner: The bottom corner that it is, 0..3 as in `CORNERS`, shape (N,).
         borders: First and last visible column in the left image, shape (N, 2).
         dimensions: Height, width, length, metres, shape (N, 3).
         alpha: Observation angle, shape (N,).

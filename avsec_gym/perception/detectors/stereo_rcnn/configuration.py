@@ -67,7 +67,7 @@ class StereoRcnnConfiguration:
             for a pretrained body.
         fit: Whether a number of each region estimates how well its box fits: the intersection over
             union in space with the object.
-        rule: Which regions become boxes.
+        rule: The rule by which regions become boxes.
         alignment: How dense alignment searches depths.
 
     Raises:

@@ -132,7 +132,7 @@ def observed_boxes(
     Args:
         selected: M detections.
         keypoints: The keypoints for at least M regions, the first being theirs.
-        image: Which of `keypoints`' images it is.
+        image: The one of `keypoints`' images that it is.
         size: Height and width of the network's input.
         camera: The camera of images that may have another size.
     """

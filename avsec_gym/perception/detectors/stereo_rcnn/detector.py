@@ -61,7 +61,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         configuration: The configuration of the network, or a preset's name; with weights that were
             trained for an earlier edition of the preset, that edition.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        rule: Which regions become boxes; None: that of the configuration.
+        rule: The rule by which regions become boxes; None: that of the configuration.
         alignment: How depths are searched; None: that of the configuration.
         sample: How much of an image `losses` takes; None: as published for `resnet101`, else less.
         seed: The seed of the sample that `losses` draws outside of training.
@@ -223,7 +223,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
     def _heads(
         self, pyramids: tuple[FeaturePyramid, FeaturePyramid], sampling: Sampling
     ) -> tuple[BoxOutput, KeypointOutput, Tensor]:
-        """What the heads say of the sampled regions, and the keypoints that they should."""
+        """The heads' output for the sampled regions, and the keypoints that are their targets."""
         boxes = self.network.box_head(*pyramids, sampling.left, sampling.right)
         # Keypoints of the background teach nothing, and cost most.
         regions, targets = sampling.with_keypoints()

@@ -23,7 +23,7 @@ def decoded_boxes(output: YoloOutput) -> Tensor:
 
 
 def place_in_cells(boxes: Tensor, output: YoloOutput, index: Tensor) -> tuple[Tensor, Tensor]:
-    """What logits should say of boxes.
+    """The logits that stand for boxes.
 
     Args:
         boxes: The boxes, shape (N, 4).

@@ -27,7 +27,8 @@ class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
     Args:
         configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        rule: Which boxes are detections; a box scores objectness times class probability.
+        rule: The rule by which boxes are detections; a box scores objectness times class
+            probability.
 
     Raises:
         ConfigurationError: No such preset, or the weights of another configuration.

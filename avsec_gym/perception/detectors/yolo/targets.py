@@ -23,7 +23,7 @@ class YoloTargets:
 
     Args:
         image: The image of each object, shape (N,).
-        box: Which one stands for the object, shape (N,).
+        box: The box that stands for each object, shape (N,).
         offsets: sigmoid(t_x), sigmoid(t_y), shape (N, 2).
         sizes: t_w, t_h, shape (N, 2).
         classes: The classes, from 0 on, shape (N,).

@@ -18,8 +18,9 @@ class SeenObject:
     """An object in a vehicle's scan.
 
     Args:
-        pose: From its own frame (x along its heading, z up from its bottom) to the velodyne frame
-            of the scan's own time, as it was when the LiDAR's head faced it, shape (4, 4).
+        pose: The transform from the object's own frame (x along its heading, z up from its bottom)
+            to the velodyne frame of the scan's own time, as it was when the LiDAR's head
+            faced it, shape (4, 4).
         dimensions: Height, width, length, metres.
         points: Number of points in its box.
         speed: Speed, m/s; 0 where it is not known.
@@ -108,7 +109,7 @@ def box_in_world(pose: Floats, dimensions: tuple[float, float, float], vehicle: 
     """An object's box of a vehicle's frame, in the world of all vehicles, one region.
 
     Args:
-        pose: From the object's frame to the velodyne frame, shape (4, 4).
+        pose: The transform from the object's frame to the velodyne frame, shape (4, 4).
         dimensions: Height, width, length, metres.
         vehicle: Pose of the velodyne frame, shape (4, 4).
     """

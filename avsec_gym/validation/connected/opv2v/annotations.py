@@ -41,7 +41,7 @@ def connected_truth(
         frame: Number of the instant in it.
         vehicles: The actors' numbers of the sensor vehicles.
         files: The yaml file of each.
-        scans: Its scan with its true pose.
+        scans: Each vehicle's scan with its true pose.
 
     Raises:
         DataError: An entry is missing, or is no vehicle.

@@ -43,7 +43,7 @@ class Opv2vScenario:
 
     Args:
         folder: It.
-        number: Its number among those of its data set.
+        number: The scenario's number among those of its data set.
     """
 
     folder: Path
@@ -88,7 +88,7 @@ def opv2v_instants(scenario: Opv2vScenario, poses: Poses = "true") -> Iterator[R
 
     Args:
         scenario: The scenario.
-        poses: Whose poses align the scans: those that the simulator knew (``lidar_pose``), or
+        poses: The poses that align the scans: those that the simulator knew (``lidar_pose``), or
             these moved as the vehicle misjudged its own (``predicted_ego_pos``).
 
     Raises:

@@ -27,7 +27,7 @@ class YamlMapping:
 
     Args:
         path: The file, for errors.
-        node: Its node.
+        node: The mapping's YAML node.
 
     Raises:
         DataError: The node is no mapping, or has a key twice.

@@ -113,7 +113,7 @@ def _whole_object(rectangle: Floats, height: float) -> tuple[float, ...]:
 
     Args:
         rectangle: x, y, length, width, heading of what is seen; the sensor is at the origin.
-        height: Its top above the ground, metres.
+        height: The top of the cluster above the ground, metres.
 
     Returns:
         x, y, length, width, heading, height.

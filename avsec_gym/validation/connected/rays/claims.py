@@ -27,7 +27,7 @@ MOST_CLAIMS = 100
 MOST_VOXELS = 2000
 """Voxels of all claims of a vehicle at an instant."""
 MOST_VOXELS_OF_ONE = 120
-"""Voxels of one claim; rays beyond say little that is new."""
+"""Voxels of one claim; rays beyond add little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,10 +190,10 @@ def _returns_in_box(
     Args:
         image: The vehicle's rays.
         cells: First and last cell of runs of cells, shape (R, 2).
-        pose: From the velodyne frame to the world, shape (4, 4).
+        pose: The transform from the velodyne frame to the world, shape (4, 4).
         motion: Speed, turn rate, period.
         scan_time: Time of the scan after the instant.
-        velocity: Of what is in the box, along the world's x and y.
+        velocity: The velocity of what is in the box, along the world's x and y.
         centre: Bottom centre of the box in the world.
         heading: Heading of the box.
         size: Size of the box.

@@ -1,4 +1,4 @@
-"""What testimonies say together: which regions are attacked, and which vehicle's LiDAR was."""
+"""The decision from all testimonies: which regions are attacked, and which vehicle's LiDAR was."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from avsec_gym.validation.connected.rays.fitting import Calibration
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
 
 CANNOT_TELL = -1
-"""An attack of which the rays do not say whose LiDAR it was, or too few vehicles do."""
+"""An attack of which the rays do not show whose LiDAR it was, or too few vehicles do."""
 NO_ATTACK = -2
 _HOPELESS = -1e9
 """A score that stands for regions of which nothing is known: they do not alarm."""

@@ -1,4 +1,4 @@
-"""Witnesses: what the rays of one vehicle say about what another vehicle claims."""
+"""Witnesses: the rays of one vehicle, held against what another vehicle claims."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ class Margins:
             rays around a voxel are looked at, and what ends beside a box but near the voxel
             decides nothing; a wider box would let a ghost's neighbours speak for it.
         beyond: How far behind a voxel a ray must end to have passed through it, metres.
-        resolved: Farthest distance at which a witness says something, metres: beyond, low or narrow
-            things fit between its rays.
+        resolved: Farthest distance at which a witness' rays count, metres: beyond, low or narrow
+            things fit between them.
         fastest: Greatest speed of things that no vehicle tracks, m/s; see `count_rays`.
         farthest: Distance up to which a ray that returns nothing is one that met nothing, metres;
             dark things far away send nothing back.
@@ -191,7 +191,7 @@ def _outcomes(
         rise = min(max(reach, least_around / claimed), 0.1)
         rows_from, rows_to, from_column, to_column = cells_around(azimuth, elevation, across, rise)
         # The rays around it: one that ends in the box supports it, and one that ends before it
-        # leaves open what the others say.
+        # leaves the decision to the others.
         found = MISSING
         cos, sin = np.cos(heading[c]), np.sin(heading[c])
         for row in range(rows_from, rows_to):

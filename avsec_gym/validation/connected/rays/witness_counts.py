@@ -1,4 +1,4 @@
-"""What one witness' rays say of another vehicle's claims, as counts and as a message."""
+"""How one witness' rays support another vehicle's claims, as counts and as a message."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ class WitnessCounts:
 def count_rays(
     witness: Observer, claims: Claims, regions: Regions, margins: Margins
 ) -> WitnessCounts:
-    """What a witness' rays say of another vehicle's claims.
+    """How many of a witness' rays support and contradict another vehicle's claims.
 
     Vehicles look at different times, and what neither tracks may have moved meanwhile.  Where a
     witness' rays contradict a claim without a velocity, it asks whether they would support it, had
-    the thing moved along its region's heading at some speed up to `Margins.fastest`, and says the
-    best that can be said for it.
+    the thing moved along its region's heading at some speed up to `Margins.fastest`, and reports
+    the counts that support it most.
 
     Args:
         witness: The vehicle that looks.
@@ -75,7 +75,7 @@ def count_rays(
             speed = np.full(len(some), share * margins.fastest)
             moved = _three_counts(some, outcomes(witness, some, regions, margins, speed))
             better = moved[:, 0] - moved[:, 1] > counts[doubted, 0] - counts[doubted, 1]
-            # Less to say is no excuse: it must be supported.
+            # Fewer rays are no excuse: the claim must be supported.
             better &= moved[:, 0] > moved[:, 1]
             counts[doubted[better]] = moved[better]
     return WitnessCounts(claims.region, counts)
@@ -105,9 +105,9 @@ def _time_between(witness: Observer, claims: Claims, regions: Regions) -> Floats
 
 
 def encode_counts(counts: WitnessCounts) -> bytes:
-    """Counts as a message; claims of which they say nothing are left out."""
-    told = counts.counts.any(axis=1)
-    region, of_rays = counts.region[told], counts.counts[told]
+    """Counts as a message; claims that no ray met are left out."""
+    with_rays = counts.counts.any(axis=1)
+    region, of_rays = counts.region[with_rays], counts.counts[with_rays]
     rows = np.column_stack([region, of_rays]).tolist()
     return _HEADER.pack(_FORMAT, len(rows)) + b"".join(_ROW.pack(*row) for row in rows)
 

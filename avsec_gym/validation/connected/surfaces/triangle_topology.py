@@ -18,7 +18,7 @@ class Edges:
     """Each edge once, with the four others of its two triangles.
 
     Args:
-        ends: Its two vertices, shape (E, 2).
+        ends: The two vertices of each edge, shape (E, 2).
         neighbours: Numbers of edges, shape (E, 4): those of the one triangle in its order, which
             begins at the edge, then those of the other.
     """

@@ -111,9 +111,9 @@ def take_part(
     """A vehicle's part.
 
     Args:
-        port: Its connection.
+        port: The vehicle's connection to the base station.
         instant: Number of the instant.
-        scan: Its scan, with the pose that it measured.
+        scan: The vehicle's scan, with the pose that it measured.
         proposer: Proposes regions all around.
         seconds: How long it waits for the base station at each step.
         margins: What may lie apart.

@@ -38,7 +38,7 @@ class Packet:
     """A message on its way.
 
     Args:
-        step: What it is.
+        step: The step of the exchange that the packet belongs to.
         instant: Number of the instant.
         about: Number of the vehicle whose claims it holds or counts; 0 where there is none.
         content: The message.
