@@ -162,23 +162,18 @@ def _outcomes(
     margins: tuple[float, float, float, float, float],
     result: NDArray[np.int8],
 ) -> None:
+    """Fills in what the witness' rays find at each voxel: the best outcome of the rays around it.
+
+    `SUPPORT` of one ray decides; else `OCCLUDED` by one, then `NEAR`, then `THROUGH` by all.
+    """
     speed, turn_rate, period = motion
     centre, heading, half = boxes
     reach, least_around, beyond, farthest, resolved = margins
     for v in range(len(places)):
         c = of_voxel[v]
-        # The voxel where it is when the witness' head faces it: once by its place at the scan's
-        # time, once more by what follows.
-        time, drift_x, drift_y = 0.0, 0.0, 0.0
-        x, y, z = 0.0, 0.0, 0.0
-        for _ in range(2):
-            later = scan_time + time - since[c]
-            drift_x, drift_y = later * velocity[c, 0], later * velocity[c, 1]
-            px, py, pz = places[v, 0] + drift_x, places[v, 1] + drift_y, places[v, 2]
-            x, y, z = to_world(to_sensor, px, py, pz)
-            time = ray_time(x, y, period)
-            x, y = from_scan_time(x, y, time, speed, turn_rate)
-            time = ray_time(x, y, period)
+        x, y, z, drift_x, drift_y = _when_faced(
+            to_sensor, motion, scan_time - since[c], places[v], velocity[c]
+        )
         # The ray in its direction.
         flat = np.sqrt(x * x + y * y)
         azimuth, elevation = np.arctan2(y, x), np.arctan2(z - TIP, flat)
@@ -204,16 +199,12 @@ def _outcomes(
                     when = image.azimuth[i] * period / (2.0 * np.pi)
                     a, b = to_scan_time(image.end[i, 0], image.end[i, 1], when, speed, turn_rate)
                     e, n, u = to_world(pose, a, b, image.end[i, 2])
-                    e, n, u = (
-                        e - drift_x - centre[c, 0],
-                        n - drift_y - centre[c, 1],
-                        u - centre[c, 2],
-                    )
-                    if (
-                        abs(cos * e + sin * n) < half[c, 0]
-                        and abs(cos * n - sin * e) < half[c, 1]
-                        and 0.7 * CLEARANCE < u < 2.0 * half[c, 2]
-                    ):
+                    e -= drift_x + centre[c, 0]
+                    n -= drift_y + centre[c, 1]
+                    u -= centre[c, 2]
+                    along, aside = abs(cos * e + sin * n), abs(cos * n - sin * e)
+                    is_inside = along < half[c, 0] and aside < half[c, 1]
+                    if is_inside and 0.7 * CLEARANCE < u < 2.0 * half[c, 2]:
                         found = SUPPORT
                         break
                     if image.distance[i] < claimed - beyond:
@@ -225,6 +216,42 @@ def _outcomes(
             if found == SUPPORT:
                 break
         result[v] = OUTSIDE if found == MISSING and claimed > farthest else found
+
+
+@kernel(nogil=True)
+def _when_faced(
+    to_sensor: Floats,
+    motion: tuple[float, float, float],
+    age: float,
+    place: Floats,
+    velocity: Floats,
+) -> tuple[float, float, float, float, float]:
+    """Where a moving voxel is when the witness' head faces it, and how far it has moved until then.
+
+    Args:
+        to_sensor: The transform from the world to the witness' velodyne frame, shape (4, 4).
+        motion: The witness' speed, turn rate, and the period of its head.
+        age: Time from the claim to the witness' scan, seconds.
+        place: The voxel in the world at the time of the claim, shape (3,).
+        velocity: The velocity of what is claimed along the world's x and y, shape (2,).
+
+    Returns:
+        x, y and z in the sensor's frame of the time when the head faces it; the drift along the
+        world's x and y since the claim.
+    """
+    speed, turn_rate, period = motion
+    time, drift_x, drift_y = 0.0, 0.0, 0.0
+    x, y, z = 0.0, 0.0, 0.0
+    # When it is faced depends on where it is then: once by its place at the scan's time, once
+    # more by what follows.
+    for _ in range(2):
+        later = age + time
+        drift_x, drift_y = later * velocity[0], later * velocity[1]
+        x, y, z = to_world(to_sensor, place[0] + drift_x, place[1] + drift_y, place[2])
+        time = ray_time(x, y, period)
+        x, y = from_scan_time(x, y, time, speed, turn_rate)
+        time = ray_time(x, y, period)
+    return x, y, z, drift_x, drift_y
 
 
 @kernel(nogil=True)
