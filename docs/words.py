@@ -36,10 +36,13 @@ WORDS = {
     "for one in": "the noun of what the loop goes through",
 }
 """A word, and what stands in its place."""
+PUBLIC_WORDS = {"told": "reported, or known", "says": "reports, states, or the thing itself"}
+"""Words that only tests may have, whose names and sentences no user reads."""
 
 ALLOWED = {
     ("avsec_gym/world/models/plants/trees.py", "stakes"): "wooden ones that hold a young tree",
     ("avsec_gym/validation/fitted_on.py", "moments"): "a key in files of earlier releases",
+    ("avsec_gym/world/export/frame_files.py", "told"): "a name within; the world's code is data's",
     ("tests/runs/test_renamed.py", "knowing"): "the old name of an experiment",
     ("tests/runs/test_renamed_rows.py", "knowing"): "the old name of an experiment",
 }
@@ -49,7 +52,7 @@ LISTS = ("avsec_gym/runs/renamed.py", "docs/words.py", "tests/test_words.py")
 
 _WORD = re.compile(
     # Parts of names count as words: `test_noticed`, `_Moment`; of `knowingly` nothing does.
-    r"(?<![a-z])(" + "|".join(WORDS) + r")(?![a-z])",
+    r"(?<![a-z])(" + "|".join(WORDS | PUBLIC_WORDS) + r")(?![a-z])",
     re.IGNORECASE,
 )
 
@@ -73,9 +76,10 @@ def complaints(files: Iterable[Path]) -> list[str]:
     result = []
     for file in files:
         path = file.relative_to(ROOT).as_posix()
+        known = WORDS if path.startswith("tests/") else WORDS | PUBLIC_WORDS
         for number, word in found(file.read_text(encoding="utf-8")):
-            if (path, word) not in ALLOWED:
-                result.append(f"{path}:{number}: {word!r}: say {WORDS[word]}")
+            if word in known and (path, word) not in ALLOWED:
+                result.append(f"{path}:{number}: {word!r}: say {known[word]}")
     return result
 
 

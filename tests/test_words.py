@@ -43,6 +43,18 @@ def test_an_added_word_is_found(
     assert complaint.startswith("module.py:3: ")
 
 
+def test_tests_may_have_words_that_the_package_may_not(
+    words: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(words, "ROOT", tmp_path)
+    (tmp_path / "tests").mkdir()
+    for room in ("tests", "."):
+        (tmp_path / room / "module.py").write_text("told = 1\nverdict = 2\n")
+    inside, outside = tmp_path / "tests" / "module.py", tmp_path / "module.py"
+    assert [line.split(":")[1] for line in words.complaints([inside])] == ["2"]
+    assert [line.split(":")[1] for line in words.complaints([outside])] == ["1", "2"]
+
+
 @pytest.mark.parametrize("line", ["momentum = mass * speed", "unknowing = 1", "notice = board()"])
 def test_other_words_are_not(words: ModuleType, line: str) -> None:
     assert list(words.found(line)) == []
