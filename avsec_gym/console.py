@@ -58,7 +58,7 @@ class ProgressDisplay:
         self._begun = time.monotonic()
         self._bar: Any = None
         self._task: Any = None
-        self._told: deque[tuple[float, int]] = deque(maxlen=6)
+        self._reports: deque[tuple[float, int]] = deque(maxlen=6)
         self._shown = 0.0
 
     def __call__(self, done: int, total: int) -> None:
@@ -68,13 +68,13 @@ class ProgressDisplay:
             return
         self._shown = now
         if not sys.stderr.isatty():
-            if not self._told:
-                self._told.append((now, done))
-            elif now - self._told[-1][0] > 10.0:
+            if not self._reports:
+                self._reports.append((now, done))
+            elif now - self._reports[-1][0] > 10.0:
                 # By the pace of the last minute: what was there already took no time.
-                then, before = self._told[0]
+                then, before = self._reports[0]
                 left = (now - then) / max(done - before, 1) * (total - done)
-                self._told.append((now, done))
+                self._reports.append((now, done))
                 say(f"{self._what}: {done} of {total}, about {left:.0f} s left")
             return
         if self._bar is None:
