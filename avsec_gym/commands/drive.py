@@ -59,8 +59,9 @@ class Drive:
     """Of the cars with sensors: finds the road's type; likewise."""
     response: Literal["stop", "drop", "repair"] = "stop"
     """Of the setting defended: what the car does at an alarm."""
-    error_model: Path | None = None
-    """Of the setting error-model: a file of `avsec error-model fit`."""
+    error_model: tuple[str, ...] = ()
+    """Of the setting error-model: a file of `avsec error-model fit`, or the name of a shipped one,
+    such as stereo_rcnn.  Of several, each is a setting of its own name."""
     planner: str = "astar"
     """Of all settings: a name, or JSON with arguments."""
     motion: Literal["truth", "static", "classifier"] = "truth"
@@ -219,6 +220,7 @@ class Drive:
     def _record(self, scenarios: Any, settings: list[DriveSetting]) -> dict[str, Any]:
         """Everything that decides the results."""
         from avsec_gym import __version__
+        from avsec_gym.closed_loop.error_model.shipped import error_model_file
         from avsec_gym.storage.regular_files import read_bytes
 
         record: dict[str, Any] = {
@@ -229,9 +231,10 @@ class Drive:
             "seed": self.seed,
             "settings": {setting.name: dict(setting.arguments) for setting in settings},
         }
-        if self.error_model is not None:
-            content = read_bytes(self.error_model, most=2**30)
-            record["error_model"] = hashlib.sha256(content).hexdigest()
+        if self.error_model:
+            files = [error_model_file(model) for model in self.error_model]
+            contents = b"".join(read_bytes(file, most=2**30) for file in files)
+            record["error_model"] = hashlib.sha256(contents).hexdigest()
         return record
 
     def _out(self, record: dict[str, Any]) -> Path:

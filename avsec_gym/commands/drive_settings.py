@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ class DriveParts:
         detector: The detector; None: the environment's own.
         attack: The attack; None: none is named.
         validator: The validator; None: none is named.
-        error_model: The file of an error model; None: none is named.
+        error_model: The files, or names, of error models.
         sensing: Other arguments of cars with sensors, such as a classifier.
         shared: Arguments of every setting, such as the planner.
     """
@@ -34,7 +34,7 @@ class DriveParts:
     detector: Any = None
     attack: Any = None
     validator: Any = None
-    error_model: Path | None = None
+    error_model: Sequence[str] = ()
     sensing: Mapping[str, Any] | None = None
     shared: Mapping[str, Any] | None = None
 
@@ -47,7 +47,8 @@ class DriveParts:
         Raises:
             ConfigurationError: A name is unknown, two are equal, or a part is missing.
         """
-        found = [self._setting(named_part(text, "--settings")) for text in asked or self._usual()]
+        typed = [named_part(text, "--settings") for text in asked or self._usual()]
+        found = [setting for what in typed for setting in self._settings_of(what)]
         check_names(found)
         used = {name for setting in found for name in setting.arguments}
         for part in ("detector", "attack", "validator"):
@@ -60,12 +61,21 @@ class DriveParts:
 
     def _usual(self) -> list[str]:
         names = [TRUTH, BLIND]
-        names += [ERROR_MODEL] if self.error_model is not None else []
+        names += [ERROR_MODEL] if self.error_model else []
         if self.detector is not None or self.attack is not None or self.validator is not None:
             names.append(DETECTOR)
         names += [ATTACKED] if self.attack is not None else []
         names += [DEFENDED] if self.validator is not None else []
         return names
+
+    def _settings_of(self, what: Any) -> list[DriveSetting]:
+        """One setting; of several error models, one of each."""
+        if what != ERROR_MODEL or len(self.error_model) < 2:
+            return [self._setting(what)]
+        return [
+            DriveSetting(Path(model).stem, {**(self.shared or {}), **_believing(model)})
+            for model in self.error_model
+        ]
 
     def _setting(self, what: Any) -> DriveSetting:
         if isinstance(what, Mapping):
@@ -86,8 +96,7 @@ class DriveParts:
         if name in (TRUTH, BLIND, LIDAR, STEREO):
             return {"perception": name}
         if name == ERROR_MODEL:
-            file = self._needed("error_model", name)
-            return {"perception": {"name": "error_model", "model": str(file)}}
+            return _believing(self._needed("error_model", name)[0])
         arguments = {"perception": "sensors", **(self.sensing or {})}
         if self.detector is not None:
             arguments["detector"] = self.detector
@@ -101,7 +110,7 @@ class DriveParts:
 
     def _needed(self, part: str, setting: str) -> Any:
         value = getattr(self, part)
-        if value is None:
+        if value in (None, ()):
             raise ConfigurationError(
                 f"the setting {setting} needs --{part.replace('_', '-')}: name one"
             )
@@ -109,3 +118,7 @@ class DriveParts:
 
 
 _SETTING_WITH = {"detector": DETECTOR, "attack": ATTACKED, "validator": DEFENDED}
+
+
+def _believing(model: str) -> dict[str, Any]:
+    return {"perception": {"name": ERROR_MODEL.replace("-", "_"), "model": model}}

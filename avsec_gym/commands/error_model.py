@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -25,23 +25,24 @@ class ErrorModelFit:
     where frames follow one another, how long each of these lasts.
     """
 
-    kitti: Path
+    kitti: tuple[Path, ...]
     """Labelled frames in KITTI's object layout; a vehicle's folder of a `connected` data set has
     frames that follow one another."""
-    detections: Path
-    """The detector's results for them, as `avsec detect` writes."""
+    detections: tuple[Path, ...]
+    """The detector's results for each of these folders, as `avsec detect` writes."""
     out: Path
     """JSON file of the error model: a new one."""
     split: str | None = None
     """The frames of ImageSets/SPLIT.txt, such as train.  Default: all that have labels."""
     limit: int | None = None
-    """Only the first frames."""
+    """Only the first frames of each folder."""
     score_threshold: float = 0.3
     """Detections of a lower score are not planned on."""
-    detector: str = ""
-    """What found them, for the card, such as dsgn."""
-    attack: str = ""
-    """What attacked it, for the card."""
+    detector: str | None = None
+    """The detector that found them, for the card, such as dsgn.  Default: as `avsec detect` has
+    recorded."""
+    attack: str | None = None
+    """The attack on it, for the card.  Default: likewise."""
     json: bool = False
     """Print the model's card as JSON."""
 
@@ -51,13 +52,7 @@ class ErrorModelFit:
         from avsec_gym.closed_loop.error_model.model import write_error_model
 
         frames = _frames(self)
-        card = {
-            "detector": self.detector,
-            "attack": self.attack,
-            "score_threshold": self.score_threshold,
-            "kitti": str(self.kitti),
-            "detections": str(self.detections),
-        }
+        card = {**self._whose(), "score_threshold": self.score_threshold}
         model = fit_error_model(frames, card)
         write_error_model(self.out, model)
         if self.json:
@@ -65,6 +60,24 @@ class ErrorModelFit:
         else:
             _show(model, str(self.out))
         return console.DONE
+
+    def _whose(self) -> dict[str, Any]:
+        """The detector, the hash of its weights, and the attack, for the card."""
+        from avsec_gym.closed_loop.error_model.shipped import weights_file_hash
+        from avsec_gym.perception.result_folder import recorded_detector
+
+        recorded = [recorded_detector(folder) for folder in self.detections]
+        if any(each != recorded[0] for each in recorded):
+            raise ConfigurationError(
+                "the folders of --detections hold results of several detectors or attacks: fit a"
+                " model to each"
+            )
+        detector, attack = recorded[0]
+        return {
+            "detector": detector if self.detector is None else self.detector,
+            "weights": weights_file_hash(detector),
+            "attack": attack if self.attack is None else self.attack,
+        }
 
 
 @dataclass(frozen=True)
@@ -74,16 +87,16 @@ class ErrorModelCheck:
     Exit code 3 where one of them lies outside of its margin.
     """
 
-    model: Annotated[Path, tyro.conf.Positional]
-    """JSON file of the error model."""
-    kitti: Path
+    model: Annotated[str, tyro.conf.Positional]
+    """JSON file of the error model, or the name of a shipped one, such as stereo_rcnn."""
+    kitti: tuple[Path, ...]
     """Labelled frames in KITTI's object layout."""
-    detections: Path
-    """Results of the same detector, under the same attack, for them."""
+    detections: tuple[Path, ...]
+    """Results of the same detector, under the same attack, for each of these folders."""
     split: str | None = None
     """The frames of ImageSets/SPLIT.txt, such as val.  Default: all that have labels."""
     limit: int | None = None
-    """Only the first frames."""
+    """Only the first frames of each folder."""
     score_threshold: float | None = None
     """Detections of a lower score are not planned on.  Default: the model's."""
     json: bool = False
@@ -92,9 +105,9 @@ class ErrorModelCheck:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.closed_loop.error_model.check import check_error_model
-        from avsec_gym.closed_loop.error_model.model import read_error_model
+        from avsec_gym.closed_loop.error_model.shipped import named_error_model
 
-        model = read_error_model(self.model)
+        model = named_error_model(self.model)
         threshold = self.score_threshold
         if threshold is None:
             threshold = float(model.card.get("score_threshold", 0.3))
@@ -105,7 +118,7 @@ class ErrorModelCheck:
             console.print_json("error-model.check", {"ranges": rows, "agrees": agrees})
         else:
             console.print_table(
-                f"{self.model} against {self.detections}",
+                f"{self.model} against {' '.join(map(str, self.detections))}",
                 ["metres", "objects", "found %", "expected %", "ghosts a frame", "expected", ""],
                 [_row(each) for each in checks],
             )
@@ -123,13 +136,22 @@ def _frames(
         raise ConfigurationError(f"--score-threshold lies in [0, 1], got {threshold}")
     if asked.limit is not None and asked.limit < 1:
         raise ConfigurationError(f"--limit is 1 or more, got {asked.limit}")
-    return stored_frames(
-        asked.kitti,
-        asked.detections,
-        split=asked.split,
-        limit=asked.limit,
-        score_threshold=threshold,
-    )
+    if len(asked.kitti) != len(asked.detections):
+        raise ConfigurationError(
+            f"--detections has a folder for each of --kitti: {len(asked.kitti)}, got"
+            f" {len(asked.detections)}"
+        )
+    return [
+        replace(frame, drive=f"{kitti} {frame.drive}")
+        for kitti, detections in zip(asked.kitti, asked.detections, strict=True)
+        for frame in stored_frames(
+            kitti,
+            detections,
+            split=asked.split,
+            limit=asked.limit,
+            score_threshold=threshold,
+        )
+    ]
 
 
 def _show(model: ErrorModel, name: str) -> None:

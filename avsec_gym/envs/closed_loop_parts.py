@@ -112,8 +112,8 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         perception = _level(perception)
     if isinstance(perception, str) and perception == ERROR_MODEL:
         raise ConfigurationError(
-            'perception by an error model names its file: {"name": "error_model", "model": FILE};'
-            " `avsec error-model fit` makes one"
+            'perception by an error model names it: {"name": "error_model", "model": MODEL}, a'
+            " shipped one, such as stereo_rcnn, or a file that `avsec error-model fit` makes"
         )
     if not isinstance(perception, str):
         if not (hasattr(perception, "perceive") and hasattr(perception, "begin")):
@@ -189,7 +189,7 @@ def light_perceptions(made: Made, motion: Motion, count: int) -> list[LightPerce
 
 
 def _level(given: Mapping[str, Any]) -> str | DrivePerception:
-    """The level in a dictionary; an error model alone has an argument, its file.
+    """The level in a dictionary; an error model alone has an argument, its name or file.
 
     Raises:
         ConfigurationError: It has no name, or arguments that the level does not have.
@@ -205,5 +205,5 @@ def _level(given: Mapping[str, Any]) -> str | DrivePerception:
     if "model" not in given:
         return str(given["name"])
     if not isinstance(given["model"], str | Path | ErrorModel):
-        raise ConfigurationError(f"the error model is a file, got {given['model']!r}")
+        raise ConfigurationError(f"the error model is a name or a file, got {given['model']!r}")
     return ErrorModelPerception(given["model"])

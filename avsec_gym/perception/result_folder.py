@@ -17,6 +17,8 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.labels import write_detections
 from avsec_gym.registry import make
+from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import read_text, write_text
 from avsec_gym.worker_processes import each_in_processes
 
@@ -87,6 +89,28 @@ def write_result_folder(
     if skipped and len(skipped) == len(ids):
         raise skipped[ids[0]]
     return Outcome(len(wanted) - len(skipped), kept, dict(sorted(skipped.items())))
+
+
+def recorded_detector(out: str | Path) -> tuple[Any, Any]:
+    """The detector and the attack of a result folder, as `avsec detect` has recorded them.
+
+    Args:
+        out: The folder.
+
+    Returns:
+        A name or JSON with arguments each; an empty string where nothing is recorded, or nothing
+        attacked.
+
+    Raises:
+        DataError: The record is damaged.
+    """
+    path = Path(out) / RECORD
+    if not is_there(path):
+        return "", ""
+    detector = read_json_object(path, remedy=_ANOTHER).get("detector", "")
+    if isinstance(detector, Mapping) and detector.get("name") == "attacked":
+        return detector.get("detector", ""), detector.get("attack", "")
+    return detector, ""
 
 
 def _claim(out: Path, detector: Any, data: KittiObject) -> None:

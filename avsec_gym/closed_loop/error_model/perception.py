@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from avsec_gym.closed_loop.error_model.drawn_errors import DrawnErrors
-from avsec_gym.closed_loop.error_model.model import ErrorModel, read_error_model
+from avsec_gym.closed_loop.error_model.model import ErrorModel
+from avsec_gym.closed_loop.error_model.shipped import named_error_model
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.pipeline import Perception
 
@@ -17,7 +18,8 @@ class ErrorModelPerception:
     """A `DrivePerception` that needs no images: a thousand times faster than rendered ones.
 
     Args:
-        model: The errors, or the file of `avsec error-model fit` that holds them.
+        model: The errors; the name of a shipped error model, such as ``stereo_rcnn``; or the file
+            of `avsec error-model fit` that holds them.
 
     Raises:
         DataError: The file is missing, damaged, or something else.
@@ -28,7 +30,7 @@ class ErrorModelPerception:
     """
 
     def __init__(self, model: ErrorModel | str | Path) -> None:
-        self.model = model if isinstance(model, ErrorModel) else read_error_model(model)
+        self.model = model if isinstance(model, ErrorModel) else named_error_model(model)
         self._errors = DrawnErrors(self.model)
 
     def begin(self, seed: int) -> None:

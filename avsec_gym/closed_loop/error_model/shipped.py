@@ -1,0 +1,104 @@
+"""Error models that the package ships, by the names of detector and attack.
+
+`python -m studies error_models` fits them, and holds them against drives that they were not fitted
+to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.closed_loop.error_model.model import ErrorModel, read_error_model
+from avsec_gym.errors import DataError
+from avsec_gym.storage.regular_files import is_file, is_there, read_bytes
+
+SHIPPED_MODELS = Path(__file__).parent / "shipped_models"
+"""The folder of the files."""
+_WEIGHTS = Path(__file__).parents[2] / "perception" / "weights"
+_MOST_BYTES = 1 << 30
+_LOG = logging.getLogger(__name__)
+_REPORTED: set[str] = set()
+
+
+def shipped_error_models() -> tuple[str, ...]:
+    """The names of all that are shipped: a detector's, or a detector's and its attack's.
+
+    Example:
+        >>> "stereo_rcnn" in shipped_error_models()
+        True
+    """
+    return tuple(sorted(path.stem for path in SHIPPED_MODELS.glob("*.json")))
+
+
+def named_error_model(model: str | Path) -> ErrorModel:
+    """A shipped error model by its name, any other by its file.
+
+    One that was fitted to other weights of the detector than the package has now still holds for
+    those; that is logged, once.
+
+    Args:
+        model: The name, such as ``stereo_rcnn``, or the file of `avsec error-model fit`.
+
+    Raises:
+        DataError: The file is missing, damaged, or something else.
+    """
+    path = error_model_file(model)
+    found = read_error_model(path)
+    if path.parent != SHIPPED_MODELS:
+        return found
+    today = weights_file_hash(found.card.get("detector"))
+    fitted = found.card.get("weights")
+    if fitted != today and str(model) not in _REPORTED:
+        _REPORTED.add(str(model))
+        _LOG.warning(
+            "the error model %s was fitted to other weights (%s) than the detector has now (%s):"
+            " `avsec error-model fit` makes one of these",
+            model,
+            str(fitted)[:8],
+            str(today)[:8],
+        )
+    return found
+
+
+def error_model_file(model: str | Path) -> Path:
+    """The file of an error model.
+
+    Args:
+        model: As for `named_error_model`.
+
+    Raises:
+        DataError: There is none.
+    """
+    if str(model) in shipped_error_models():
+        return SHIPPED_MODELS / f"{model}.json"
+    if not is_there(model):
+        raise DataError(
+            "There is no such error model.",
+            path=model,
+            remedy=f"Name a file, or one that is shipped: {', '.join(shipped_error_models())}.",
+        )
+    return Path(model)
+
+
+def weights_file_hash(detector: Any) -> str | None:
+    """SHA-256 of the file that a detector's weights are from; None: it has none that is known.
+
+    Args:
+        detector: The detector as `avsec detect` takes it: a name, or JSON with arguments.
+
+    Example:
+        >>> weights_file_hash("stereo_rcnn") is None, weights_file_hash("point_gnn") is None
+        (False, True)
+    """
+    given = detector if isinstance(detector, Mapping) else {"name": detector}
+    weights = given.get("weights", "shipped")
+    if weights == "shipped":
+        preset = given.get("configuration", "small")
+        weights = _WEIGHTS / f"{given.get('name')}_{preset}.safetensors"
+    if not isinstance(weights, str | Path) or not is_file(Path(weights)):
+        return None
+    return hashlib.sha256(read_bytes(Path(weights), most=_MOST_BYTES)).hexdigest()

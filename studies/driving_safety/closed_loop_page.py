@@ -1,0 +1,105 @@
+"""The page of `closed_loop`, as Markdown.
+
+Run ``python -m studies.driving_safety.closed_loop_page FILE --out PAGE``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
+from studies.page_of_result import page_of_result
+
+_COMMAND = "Make it with `python -m studies.driving_safety.closed_loop --json FILE`."
+_SETS = {
+    "labels": "The first scenarios of the labelled ones, straight on",
+    "drives": "Procedural drives, every intention that a scene has a lane for",
+    "tracking": "KITTI tracking, straight on; ego motion estimated from standing objects",
+}
+_RATES = {"at_fault": "at fault", "goal": "goal reached", "hard_braking": "brakes hard"}
+
+
+def closed_loop_page(result: Mapping[str, Any]) -> str:
+    """The page.
+
+    Args:
+        result: The result of `closed_loop`.
+    """
+    lines = [
+        "# Driving on, with what the car believes",
+        "",
+        "The planner drives for up to 8 s, replanning every 0.5 s from the state that was really"
+        " reached (`avsec drive`). A setting is what the car believes: everything (`truth`),"
+        " nothing (`blind`), or the truth with the errors of a detector, left alone or under an"
+        " attack (its [error model](error_models.md)). All settings drive the same scenes with the"
+        " same seeds. In brackets: 95 % intervals, of clusters: drives of one scene, windows of one"
+        " recording. Score: NAVSIM's, and its paired difference from truth.",
+        "",
+    ]
+    for name, table in result.items():
+        lines += [f"## {_SETS[name]}", "", *_table(table), "", *_at_fault(table), ""]
+    return "\n".join(lines)
+
+
+def _table(table: Mapping[str, Any]) -> list[str]:
+    columns = ["setting", "drives", *(f"{rate}, %" for rate in _RATES.values())]
+    rows = [
+        [
+            f"`{each['setting']}`",
+            str(each["drives"]),
+            *(_rate(each["rates"][rate]) for rate in _RATES),
+            _mean(each["navsim_score"]),
+            _mean(each["differences"].get("navsim_score")),
+        ]
+        for each in table["settings"]
+    ]
+    return [
+        f"{table['clusters']} clusters.",
+        "",
+        *markdown_table([*columns, "score", "score against truth"], rows),
+    ]
+
+
+def _at_fault(table: Mapping[str, Any]) -> list[str]:
+    """A line for each collision at fault of the car that knows the truth."""
+    blamed = table["truth_at_fault"]
+    if not blamed:
+        return ["The car that knows the truth collides nowhere by its own fault."]
+    return [
+        f"- `{each['scenario']}` ({each['intention']}), knowing the truth: "
+        + (
+            "no certificate that it could not be avoided."
+            if each["unavoidable_after"] is None
+            else f"no plan without a collision existed after {each['unavoidable_after']:g} s."
+        )
+        for each in blamed
+    ]
+
+
+def _rate(share: Mapping[str, Any]) -> str:
+    if share["rate"] is None:
+        return UNKNOWN
+    low, high = (number(100 * bound, 1) for bound in share["interval"])
+    return f"{number(100 * share['rate'], 1)} [{low}, {high}]"
+
+
+def _mean(mean: Mapping[str, Any] | None) -> str:
+    if mean is None:
+        return UNKNOWN
+    if mean["interval"] is None:
+        return number(mean["value"], 2)
+    low, high = (number(bound, 2) for bound in mean["interval"])
+    return f"{number(mean['value'], 2)} [{low}, {high}]"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    return page_of_result(
+        arguments, closed_loop_page, maker="closed_loop", what=__doc__, remedy=_COMMAND
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,111 @@
+"""The page of `fit`, as Markdown.
+
+Run ``python -m studies.driving_safety.error_models.page FILE --out PAGE``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from avsec_gym.closed_loop.error_model.check import FOUND_MARGIN, GHOST_MARGIN
+from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
+from studies.driving_safety.error_models.result import CheckedModel
+from studies.page_of_result import page_of_result
+
+_COMMAND = "Make it with `python -m studies.driving_safety.error_models.fit --json FILE`."
+
+
+def error_models_page(result: Mapping[str, Any]) -> str:
+    """The page.
+
+    Args:
+        result: The result of `fit`.
+    """
+    models = [CheckedModel.of(each) for each in result["models"]]
+    agreeing = sum(each.agrees for model in models for each in model.checks)
+    ranges = sum(len(model.checks) for model in models)
+    lines = [
+        "# Error models of the shipped detectors",
+        "",
+        "An error model stands in for a detector in closed-loop drives: misses, displaced boxes and"
+        " ghosts are drawn as the detector was seen to make them (`avsec drive --error-model NAME`,"
+        ' or `perception={"name": "error_model", "model": NAME}`). Each was fitted to procedural'
+        " drives of connected vehicles, judging assets, and is held here against other drives, with"
+        f" margins that stand in the code: found objects within {100 * FOUND_MARGIN:g} points or"
+        f" the measured share's 95 % interval (by drive), ghosts within {GHOST_MARGIN:g} a frame or"
+        f" two standard errors. {agreeing} of {ranges} ranges of distance agree.",
+        "",
+        "## What they were fitted to",
+        "",
+        *markdown_table(
+            ["name", "attack", "drives", "frames", "objects", "found, %", "ghosts a frame"],
+            [_fitted_row(model) for model in models],
+        ),
+        "",
+        "## Held against drives that they were not fitted to",
+        "",
+        *markdown_table(
+            [
+                "name",
+                "metres",
+                "objects",
+                "found, %",
+                "model, %",
+                "ghosts a frame",
+                "model",
+                "agrees",
+            ],  # fmt: skip
+            [row for model in models for row in _check_rows(model)],
+        ),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _fitted_row(model: CheckedModel) -> list[str]:
+    return [
+        f"`{model.name}`",
+        model.attack or "none",
+        str(model.drives),
+        str(model.frames),
+        str(model.objects),
+        number(100 * model.found / model.objects, 1),
+        number(model.ghosts / model.frames, 2),
+    ]
+
+
+def _check_rows(model: CheckedModel) -> list[list[str]]:
+    return [
+        [
+            f"`{model.name}`",
+            f"{each.near:g} to {each.far:g}",
+            str(each.objects),
+            _percent(each.found, each.found_interval),
+            _percent(each.found_expected),
+            f"{number(each.ghosts, 2)} ± {number(each.ghosts_error, 2)}",
+            number(each.ghosts_expected, 2),
+            "yes" if each.agrees else "**no**",
+        ]
+        for each in model.checks
+    ]
+
+
+def _percent(share: float | None, interval: Sequence[float] | None = None) -> str:
+    if share is None:
+        return UNKNOWN
+    text = number(100 * share, 1)
+    if interval is None:
+        return text
+    low, high = (number(100 * bound, 1) for bound in interval)
+    return f"{text} [{low}, {high}]"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    return page_of_result(arguments, error_models_page, maker="fit", what=__doc__, remedy=_COMMAND)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,71 @@
+"""Error models by name: what the package ships is read, and held against today's weights."""
+
+from __future__ import annotations
+
+import json
+import logging
+import shutil
+from pathlib import Path
+
+import pytest
+
+from avsec_gym.closed_loop.error_model import shipped
+from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
+from avsec_gym.closed_loop.error_model.shipped import (
+    SHIPPED_MODELS,
+    named_error_model,
+    shipped_error_models,
+    weights_file_hash,
+)
+from avsec_gym.errors import DataError
+
+
+def test_each_detector_has_one_left_alone_and_under_attacks() -> None:
+    attacks = ("", "_patch", "_thesis_pgd")
+    wanted = {f"{name}{attack}" for name in ("dsgn", "stereo_rcnn") for attack in attacks}
+    assert set(shipped_error_models()) == wanted
+
+
+@pytest.mark.parametrize("name", shipped_error_models())
+def test_a_shipped_one_is_of_todays_weights_and_was_checked(name: str) -> None:
+    model = named_error_model(name)
+    assert model.card["weights"] == weights_file_hash(model.card["detector"])
+    assert len(model.card["check"]) == 3
+    assert model.card["frames"] >= 100
+    assert ErrorModelPerception(name).model == model
+
+
+def test_other_weights_are_reported_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    name = shipped_error_models()[0]
+    content = json.loads((SHIPPED_MODELS / f"{name}.json").read_text())
+    content["card"]["weights"] = "0" * 64
+    (tmp_path / f"{name}.json").write_text(json.dumps(content))
+    monkeypatch.setattr(shipped, "SHIPPED_MODELS", tmp_path)
+    with caplog.at_level(logging.WARNING):
+        named_error_model(name)
+        named_error_model(name)
+    [record] = caplog.records
+    assert "other weights (00000000)" in record.getMessage()
+
+
+def test_a_file_is_read_as_it_is(tmp_path: Path) -> None:
+    name = shipped_error_models()[0]
+    copy = tmp_path / "mine.json"
+    shutil.copy(SHIPPED_MODELS / f"{name}.json", copy)
+    assert named_error_model(copy) == named_error_model(name)
+
+
+def test_what_is_not_there_is_an_error_with_the_names_of_those_that_are() -> None:
+    with pytest.raises(DataError, match="stereo_rcnn") as caught:
+        ErrorModelPerception("stereo_rcn")
+    assert "no such error model" in str(caught.value)
+
+
+def test_weights_are_known_by_their_file(tmp_path: Path) -> None:
+    (tmp_path / "mine.safetensors").write_bytes(b"tensors")
+    own = {"name": "dsgn", "weights": str(tmp_path / "mine.safetensors")}
+    assert weights_file_hash("dsgn") != weights_file_hash("stereo_rcnn")
+    assert weights_file_hash(own) not in (None, weights_file_hash("dsgn"))
+    assert weights_file_hash("no detector") is None
