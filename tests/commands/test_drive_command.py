@@ -131,6 +131,13 @@ def test_an_error_model_and_own_settings(
     # A ghost 12 m ahead in every frame is braked for.
     assert ghosts["rates"]["hard_braking"]["count"] > truth["rates"]["hard_braking"]["count"]
     assert not list((tmp_path / "out").glob("drive.*"))
+    other = tmp_path / "nothing_wrong.json"
+    write_error_model(other, ErrorModel())
+    several = ["--error-model", str(other), str(model), "--pictures", "0", "--json"]
+    drive(tmp_path / "both", *several, "--settings", "truth", "error-model")
+    of_both = json.loads(capsys.readouterr().out)["settings"]
+    assert [each["setting"] for each in of_both] == ["truth", "nothing_wrong", "ghosts"]
+    assert of_both[2]["rates"] == ghosts["rates"]
     model.unlink()
     write_error_model(model, ErrorModel())
     drive(tmp_path / "out", *words, "--resume", "--settings", "truth", "error-model", own, code=1)

@@ -15,6 +15,9 @@ from studies.driving_safety.error_models.result import CheckedModel
 from studies.page_of_result import page_of_result
 
 _COMMAND = "Make it with `python -m studies.driving_safety.error_models.fit --json FILE`."
+_CHECKED = (
+    "name", "metres", "objects", "found, %", "model, %", "ghosts a frame", "model", "agrees",
+)  # fmt: skip
 
 
 def error_models_page(result: Mapping[str, Any]) -> str:
@@ -47,16 +50,7 @@ def error_models_page(result: Mapping[str, Any]) -> str:
         "## Held against drives that they were not fitted to",
         "",
         *markdown_table(
-            [
-                "name",
-                "metres",
-                "objects",
-                "found, %",
-                "model, %",
-                "ghosts a frame",
-                "model",
-                "agrees",
-            ],  # fmt: skip
+            _CHECKED,
             [row for model in models for row in _check_rows(model)],
         ),
         "",
