@@ -37,7 +37,7 @@ SCHEMAS: Mapping[str, int] = {
     "hub.export": 1,
     "hub.import": 1,
     "drive": 1,
-    "drive.row": 1,
+    "drive.row": 2,
     "error-model.fit": 1,
     "error-model.check": 1,
     "weights.import": 1,

@@ -18,7 +18,7 @@ from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import write_text
 
-FORMAT = 1
+FORMAT = 2
 """Raised when a row or a film changes: nothing goes on with those of an earlier format."""
 RECORD, ROWS, SECONDS, FILMS = "drives.json", "drives.jsonl", "seconds.jsonl", "films"
 """What was asked for; a row for each drive; how long each took; a film for each."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import Literal, TypedDict
 
 from avsec_gym.closed_loop.drive_record import Outcome
 
@@ -39,6 +39,9 @@ class DriveRow(TypedDict):
     touched: str
     hardest_braking: float
     emergency_stops: int
+    first_plan: Literal["safe", "collision", "unplanned"]
+    """The collision check of the first plan alone, as a single query has it: ``safe``,
+    ``collision``, or ``unplanned`` where the car began with an emergency stop."""
 
 
 class DriveSeconds(TypedDict):

@@ -9,16 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.closed_loop.belief import belief_of
 from avsec_gym.closed_loop.drive_film import DriveFilm
 from avsec_gym.closed_loop.drive_log import first_contact
 from avsec_gym.closed_loop.drive_record import Outcome, goal_distance
 from avsec_gym.closed_loop.navsim_score import COMFORT
+from avsec_gym.closed_loop.perception import TruthPerception
 from avsec_gym.closed_loop.planner_policy import Ambition, Decision
+from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.drives.drive_row import drive_id
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.geometry import Floats
 from avsec_gym.json_schemas import with_schema
+from avsec_gym.metrics.safety import UNPLANNED, judge
+from avsec_gym.scenario.scene import Motion
 
 HARD_BRAKING = -COMFORT["longitudinal acceleration"][0]
 """m/s2: a deceleration above nuPlan's bound of comfort."""
@@ -97,6 +102,7 @@ def drive(environment: Any, task: DriveTask) -> Driven:
         options = {"scenario": task.scenario, "intention": task.intention}
         begun = time.perf_counter()
         observation, info = environment.reset(seed=task.seed, options=options)
+        start = played.surroundings()
         beliefs, elapsed, plans = [played.belief], [0.0], [-1]
         ended = False
         while not ended:
@@ -123,8 +129,22 @@ def drive(environment: Any, task: DriveTask) -> Driven:
         "touched": _touched(played, film),
         "hardest_braking": round(float(film.braking.max()), 6),
         "emergency_stops": len(stops),
+        "first_plan": _first_plan(driver.policy.decisions[0], start),
     }
     return Driven(with_schema("drive.row", row), film, seconds)
+
+
+def _first_plan(decision: Decision, start: Surroundings) -> str:
+    """The outcome of the first plan, were it driven to its end: what a single query reports.
+
+    Args:
+        decision: The first decision.
+        start: The truth at the start, whose objects go on at constant velocity.
+    """
+    if decision.ambition == Ambition.STOP:
+        return UNPLANNED
+    truth = belief_of(TruthPerception().perceive(start), start, Motion.TRUTH)
+    return judge(decision.plan, decision.problem, truth.obstacles()).outcome
 
 
 def _plain(value: Any) -> Any:

@@ -13,19 +13,27 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from scipy.stats import rankdata
 
 from avsec_gym.closed_loop.loop_scenes import loop_scenes
 from avsec_gym.closed_loop.unavoidable import unavoidable
 from avsec_gym.drives.drive_folder import RECORD, ROWS
 from avsec_gym.drives.summary import by_recording, by_scene, summaries
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import read_text, write_text
 
 SETS = {"labels": by_scene, "drives": by_scene, "tracking": by_recording}
 """Folders, and which of their drives are one cluster."""
-TRUTH = "truth"
+TRUTH, BLIND = "truth", "blind"
+_RESAMPLES = 2000
 
 
 def table(folder: Path) -> dict[str, Any]:
@@ -36,12 +44,80 @@ def table(folder: Path) -> dict[str, Any]:
     """
     rows = [json.loads(line) for line in read_text(folder / ROWS).splitlines() if line]
     settings = list(dict.fromkeys(row["setting"] for row in rows))
-    summary = summaries(rows, settings, SETS[folder.name])
+    cluster = SETS[folder.name]
+    summary = summaries(rows, settings, cluster)
+    attacked = [name for name in settings if name not in (TRUTH, BLIND)]
     return {
-        "clusters": len({SETS[folder.name](row) for row in rows}),
-        "settings": [each.to_json() for each in summary],
+        "clusters": len({cluster(row) for row in rows}),
+        "settings": [
+            {**each.to_json(), "first_plan": asdict(_first_plan(rows, each.setting, cluster))}
+            for each in summary
+        ],
+        "ranking": asdict(ranking(rows, attacked, cluster)),
         "truth_at_fault": _explained(folder, rows),
     }
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Whether settings that are dangerous in a single query are so when one drives on.
+
+    Args:
+        rho: Spearman's correlation, over settings, of the share of first plans that are not safe
+            with the share of drives with a collision; None: one of them is the same for all.
+        interval: Its 95 % interval over resampled clusters; None: there is none.
+    """
+
+    rho: float | None
+    interval: tuple[float, float] | None
+
+
+def ranking(
+    rows: Sequence[Mapping[str, Any]], settings: Sequence[str], cluster: Callable[[Any], str]
+) -> Ranking:
+    """The rank correlation between the single query and the closed loop.
+
+    Args:
+        rows: Rows of drives.
+        settings: The settings that are ranked; all drive the same scenes.
+        cluster: The drives that are resampled together.
+    """
+    clusters = {name: place for place, name in enumerate(dict.fromkeys(map(cluster, rows)))}
+    counts = np.zeros((3, len(clusters), len(settings)))
+    for row in rows:
+        if row["setting"] in settings:
+            place = clusters[cluster(row)], settings.index(row["setting"])
+            counts[(slice(None), *place)] += (1, row["first_plan"] != "safe", row["collision"])
+    if len(settings) < 2:
+        return Ranking(None, None)
+    [rho] = _spearman(counts.sum(axis=1)[:, None])
+    if not np.isfinite(rho):
+        return Ranking(None, None)
+    draws = np.random.default_rng(0).multinomial(
+        len(clusters), np.full(len(clusters), 1 / len(clusters)), size=_RESAMPLES
+    )
+    drawn = _spearman(np.einsum("rc,kcs->krs", draws, counts))
+    low, high = np.nanquantile(drawn, (0.025, 0.975))
+    return Ranking(float(rho), (float(low), float(high)))
+
+
+def _spearman(counts: Floats) -> Floats:
+    """Of both rates, from drives, unsafe first plans and collisions, shape (3, R, settings)."""
+    drives, unsafe, collisions = counts
+    first, second = (rankdata(hits / drives, axis=1) for hits in (unsafe, collisions))
+    first, second = (ranks - ranks.mean(axis=1, keepdims=True) for ranks in (first, second))
+    with np.errstate(invalid="ignore"):
+        return np.asarray(
+            (first * second).sum(axis=1) / np.sqrt((first**2).sum(axis=1) * (second**2).sum(axis=1))
+        )
+
+
+def _first_plan(
+    rows: Sequence[Mapping[str, Any]], setting: str, cluster: Callable[[Any], str]
+) -> Share:
+    """The share of first plans that are safe, were they driven to their ends."""
+    own = [row for row in rows if row["setting"] == setting]
+    return share_of([row["first_plan"] == "safe" for row in own], [cluster(row) for row in own])
 
 
 def _explained(folder: Path, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -18,7 +18,12 @@ _SETS = {
     "drives": "Procedural drives, every intention that a scene has a lane for",
     "tracking": "KITTI tracking, straight on; ego motion estimated from standing objects",
 }
-_RATES = {"at_fault": "at fault", "goal": "goal reached", "hard_braking": "brakes hard"}
+_RATES = {
+    "collision": "collision",
+    "at_fault": "at fault",
+    "goal": "goal reached",
+    "hard_braking": "brakes hard",
+}
 
 
 def closed_loop_page(result: Mapping[str, Any]) -> str:
@@ -35,20 +40,24 @@ def closed_loop_page(result: Mapping[str, Any]) -> str:
         " nothing (`blind`), or the truth with the errors of a detector, left alone or under an"
         " attack (its [error model](error_models.md)). All settings drive the same scenes with the"
         " same seeds. In brackets: 95 % intervals, of clusters: drives of one scene, windows of one"
-        " recording. Score: NAVSIM's, and its paired difference from truth.",
+        " recording. First plan safe: the single query's answer, the first plan alone held against what is there"
+        " (at constant velocity). Score: NAVSIM's, and its paired difference from truth.",
         "",
     ]
     for name, table in result.items():
         lines += [f"## {_SETS[name]}", "", *_table(table), "", *_at_fault(table), ""]
+        lines += [_ranking(table["ranking"]), ""]
     return "\n".join(lines)
 
 
 def _table(table: Mapping[str, Any]) -> list[str]:
-    columns = ["setting", "drives", *(f"{rate}, %" for rate in _RATES.values())]
+    columns = ["setting", "drives", "first plan safe, %"]
+    columns += [f"{rate}, %" for rate in _RATES.values()]
     rows = [
         [
             f"`{each['setting']}`",
             str(each["drives"]),
+            _rate(each["first_plan"]),
             *(_rate(each["rates"][rate]) for rate in _RATES),
             _mean(each["navsim_score"]),
             _mean(each["differences"].get("navsim_score")),
@@ -76,6 +85,16 @@ def _at_fault(table: Mapping[str, Any]) -> list[str]:
         )
         for each in blamed
     ]
+
+
+def _ranking(ranking: Mapping[str, Any]) -> str:
+    if ranking["rho"] is None:
+        return "The settings with errors cannot be ranked: a rate is the same for all of them."
+    return (
+        "Does the ranking of the single query survive the loop? Spearman's correlation, over the"
+        " settings with errors, of unsafe first plans with collisions of drives:"
+        f" {_mean({'value': ranking['rho'], 'interval': ranking['interval']})}."
+    )
 
 
 def _rate(share: Mapping[str, Any]) -> str:

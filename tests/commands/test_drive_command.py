@@ -107,7 +107,7 @@ def test_two_processes_make_the_same_drives(made: Path, tmp_path: Path) -> None:
 def test_a_line_for_each_drive_and_a_picture_of_each_second(made: Path) -> None:
     rows = [json.loads(line) for line in (made / "drives.jsonl").read_text().splitlines()]
     assert len(rows) == 2 * SCENES
-    assert {row["schema"] for row in rows} == {"avsec.drive.row/1"}
+    assert {row["schema"] for row in rows} == {"avsec.drive.row/2"}
     assert len({(row["scenario"], row["seed"]) for row in rows}) == SCENES
     assert len(list((made / "films").iterdir())) == len(rows)
     assert (made / "drive.gif").read_bytes().startswith(b"GIF89a")

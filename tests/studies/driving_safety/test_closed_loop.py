@@ -1,0 +1,67 @@
+"""The table of drives in closed loop, and its page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import spearmanr
+
+from avsec_gym.cli import run
+from studies.driving_safety.closed_loop import ranking, table
+from studies.driving_safety.closed_loop_page import closed_loop_page
+
+SETTINGS = ("a", "b", "c", "d")
+
+
+def rows(unsafe: dict[str, int], collisions: dict[str, int]) -> list[dict[str, Any]]:
+    """Twenty drives of each setting, the first ones unsafe or with a collision."""
+    return [
+        {
+            "setting": name,
+            "scenario": f"{number}",
+            "first_plan": "collision" if number < unsafe[name] else "safe",
+            "collision": number < collisions[name],
+        }
+        for name in SETTINGS
+        for number in range(20)
+    ]
+
+
+def by_scene(row: Any) -> str:
+    return str(row["scenario"])
+
+
+def test_the_ranking_is_spearmans() -> None:
+    unsafe = dict(zip(SETTINGS, (2, 5, 9, 14), strict=True))
+    collisions = dict(zip(SETTINGS, (1, 7, 6, 12), strict=True))
+    found = ranking(rows(unsafe, collisions), SETTINGS, by_scene)
+    expected = spearmanr(list(unsafe.values()), list(collisions.values())).statistic
+    assert found.rho == pytest.approx(expected)
+    assert found.interval is not None
+    low, high = found.interval
+    assert -1 <= low <= found.rho <= high <= 1
+    assert low > 0
+
+
+def test_what_is_the_same_for_all_ranks_nothing() -> None:
+    same = dict.fromkeys(SETTINGS, 3)
+    assert ranking(rows(same, same), SETTINGS, by_scene).rho is None
+    assert ranking(rows(same, same), SETTINGS[:1], by_scene).interval is None
+
+
+def test_from_drives_to_a_page(tmp_path: Path) -> None:
+    out = tmp_path / "labels"
+    words = ["--scenarios", "layouts", "--limit", "4", "--duration", "2", "--pictures", "0"]
+    late = '{"name": "late", "perception": "blind", "planner": "gbfs"}'
+    assert run(["drive", "--settings", "truth", "blind", late, "--out", str(out), *words]) == 0
+    result = json.loads(json.dumps({"labels": table(out)}))
+    truth, blind, _ = result["labels"]["settings"]
+    assert truth["first_plan"]["rate"] >= blind["first_plan"]["rate"]
+    assert (truth["first_plan"]["of"], blind["rates"]["collision"]["of"]) == (4, 4)
+    text = closed_loop_page(result)
+    assert "`blind` | 4 |" in text
+    assert not np.any([word in text for word in ("None", "nan")])
