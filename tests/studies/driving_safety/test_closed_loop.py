@@ -42,6 +42,7 @@ def test_the_ranking_is_spearmans() -> None:
     expected = spearmanr(list(unsafe.values()), list(collisions.values())).statistic
     assert found.rho == pytest.approx(expected)
     assert found.interval is not None
+    assert found.rho is not None
     low, high = found.interval
     assert -1 <= low <= found.rho <= high <= 1
     assert low > 0
