@@ -2,8 +2,8 @@
 
 The sharpest of the measures that know the planner: an object is contested with an intention if a
 car that believes in everything but this object drives unsafely, and one that believes in everything
-drives safely.  All others may be missed one at a time without harm, which says nothing of several
-missed together.  It asks the very planner that is then judged, and no other.
+drives safely.  All others may be missed one at a time without harm, which implies nothing for
+several missed together.  It asks the very planner that is then judged, and no other.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def page(found: Mapping[str, Any], command: str) -> str:
             "",
             "Each module of `avsec_gym/metrics` states how it departs from its source. The last two"
             " ask the planner that is then judged: that they tell of its safety is no surprise, and"
-            " says nothing of another planner.",
+            " holds for no other planner.",
             "",
         ]
     )  # fmt: skip

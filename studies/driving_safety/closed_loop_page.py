@@ -78,7 +78,7 @@ def _at_fault(table: Mapping[str, Any]) -> list[str]:
     if not blamed:
         return ["The car that knows the truth collides nowhere by its own fault."]
     return [
-        f"- `{each['scenario']}` ({each['intention']}), knowing the truth: "
+        f"- `{each['scenario']}` ({each['intention']}), under truth: "
         + (
             "no certificate that it could not be avoided."
             if each["unavoidable_after"] is None

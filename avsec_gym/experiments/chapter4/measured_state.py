@@ -19,7 +19,7 @@ _ATTACKED, _DECIDABLE, _DISTANCE = "attacked", "decidable", "distance"
 
 
 class Naming(IntEnum):
-    """What a method says of an attacked region, by the constants of the fit."""
+    """The answer of a method for an attacked region, by the constants of the fit."""
 
     NO_ALARM = 0
     CANNOT_TELL = 1

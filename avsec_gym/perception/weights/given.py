@@ -18,7 +18,7 @@ SHIPPED = "shipped"
 """Stands for the weights that come with the package."""
 
 _LONGEST = 500
-"""Letters of what torch says of weights that do not fit."""
+"""Letters of the message of torch about weights that do not fit that are repeated."""
 Weights = str | Path | Mapping[str, Tensor] | None
 """A file as `save_weights` writes it; a ``state_dict``; `SHIPPED`; None for random ones."""
 
