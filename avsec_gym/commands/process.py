@@ -5,11 +5,16 @@ A stream that the caller has closed is `os.devnull` here: what goes there is los
 
 from __future__ import annotations
 
+import codecs
 import io
 import os
 import signal
 import sys
 from types import FrameType
+
+_PLAIN = "avsec_gym.plain"
+"""Name of the error handler of standard output and standard error."""
+_DASHES = "–—−"
 
 
 class Terminated(KeyboardInterrupt):
@@ -52,10 +57,23 @@ def stand_in_for_closed_streams() -> None:
 
 
 def write_any_text() -> None:
-    """Characters that the terminal's encoding lacks are written as escapes, not as an error."""
+    """Characters that the terminal's encoding lacks are no error.
+
+    Dashes of intervals and signs are written as hyphens, all others as escapes.
+    """
+    codecs.register_error(_PLAIN, _plainly)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and stream.encoding.lower() != "utf-8":
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors=_PLAIN)
+
+
+def _plainly(error: UnicodeError) -> tuple[str | bytes, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    if error.object[error.start] in _DASHES:
+        return "-", error.start + 1
+    error.end = error.start + 1
+    return codecs.backslashreplace_errors(error)
 
 
 def _end(number: int, _: FrameType | None) -> None:

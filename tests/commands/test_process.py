@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -31,3 +32,17 @@ def test_a_full_output(words: str) -> None:
     assert done.returncode == 1
     assert done.stderr.startswith("avsec: ")
     assert "Traceback" not in done.stderr
+
+
+def test_what_an_encoding_lacks_is_written_plainly(tmp_path: Path) -> None:
+    program = (
+        "import sys; from avsec_gym.commands.process import write_any_text; write_any_text();"
+        "print('94.0 (91.8\\u201395.6), \\u22121, \\u2014, \\u00fc, ' + sys.argv[1])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, "ß"],
+        capture_output=True,
+        timeout=120,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+    )
+    assert done.stdout.strip() == rb"94.0 (91.8-95.6), -1, -, \xfc, \xdf", done.stderr
