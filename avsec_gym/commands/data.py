@@ -29,8 +29,9 @@ class DataCheck:
         """Do it; the exit code: 1 where something is broken."""
         from avsec_gym.kitti.check import check_data
 
+        root = _place(self.root)
         with console.progress("checking") as shown:
-            report = check_data(self.root, deep=self.deep, on_progress=shown)
+            report = check_data(root, deep=self.deep, on_progress=shown)
         if self.json:
             console.print_json("data.check", report.to_json())
         else:
@@ -38,7 +39,7 @@ class DataCheck:
                 [part.folder, str(part.files), str(part.broken), _contents(part)]
                 for part in report.parts
             ]
-            title = f"{self.root}: {report.layout.description}"
+            title = f"{root}: {report.layout.description}"
             console.print_table(title, ["folder", "files", "broken", "holds"], rows)
             for note in report.notes:
                 if note != report.layout.description:
@@ -50,6 +51,21 @@ class DataCheck:
             if report.ok:
                 console.say("nothing is broken")
         return console.DONE if report.ok else console.BAD_DATA
+
+
+def _place(root: Path) -> Path:
+    """The folder itself; or, as other commands take it, that of the result files below it."""
+    from avsec_gym.errors import DataError
+    from avsec_gym.kitti.layouts import KittiLayout, recognise
+    from avsec_gym.kitti.result_place import result_folder
+
+    if recognise(root) is not KittiLayout.UNKNOWN:
+        return root
+    try:
+        below = result_folder(root)
+    except DataError:
+        return root
+    return below if recognise(below) is KittiLayout.DETECTIONS else root
 
 
 def _contents(part: Part) -> str:
