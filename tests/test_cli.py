@@ -20,6 +20,7 @@ from avsec_gym.cli import run
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.kitti.labels import write_detections, write_labels
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario import scene_sets
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.scenario.intention import Intention
@@ -523,6 +524,19 @@ def test_data_check_of_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert str(tmp_path / "gone") in capsys.readouterr().err
 
 
+def test_data_check_of_a_folder_above_results(
+    detections: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As OpenPCDet writes them; and as `avsec evaluate` finds them."""
+    output = tmp_path / "pointpillar"
+    data = output / "eval/epoch_80/val/default/final_result/data"
+    shutil.copytree(detections, data)
+    assert ends(["data", "check", output, "--json"]) == DONE
+    report = as_json(capsys.readouterr().out)
+    assert report["layout"] == "detections"
+    assert [part["files"] for part in report["parts"]] == [len(list(data.iterdir()))]
+
+
 def test_folders_whose_names_look_like_markup(
     detections: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -564,6 +578,22 @@ def test_draw_takes_a_frame_of_kitti_as_evaluate_does(
     shutil.copy(detections / "000003.txt", others)
     assert ends([*common, "--detections", others, "--out", tmp_path / "c.png"]) == DONE
     assert "000002 has no file and counts as without detections" in capsys.readouterr().err
+
+
+def test_draw_refuses_a_layout_beyond_those_that_are_made(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+    counted = scene_sets.procedural_scenes
+
+    def remembered(count: int, *, seed: int = 0) -> Any:
+        made.append(count)
+        return counted(count, seed=seed)
+
+    monkeypatch.setattr(scene_sets, "procedural_scenes", remembered)
+    assert ends(["draw", "street-999999"]) == BAD_USAGE
+    assert "has no scene 'street-999999'" in capsys.readouterr().err
+    assert max(made) <= 200, "all before it were made, to find that it is none"
 
 
 def test_draw_names_its_picture_after_the_scene(

@@ -60,9 +60,10 @@ class Draw:
         scenes = named_scenes(self.scenarios, self.kitti, seed=self.seed)
         known = {scene.id: scene for scene in scenes.scenes}
         are_layouts = self.scenarios == LAYOUTS or (self.scenarios is None and self.kitti is None)
-        if are_layouts and self.scene not in known and self.scene[-6:].isdecimal():
-            # Layouts beyond the first are as good.
-            count = min(int(self.scene[-6:]) + 1, _MOST_LAYOUTS)
+        number = self.scene[-6:]
+        if are_layouts and self.scene not in known and number.isdecimal():
+            # Layouts beyond the first are as good; but they are made one after the other.
+            count = int(number) + 1 if int(number) < _MOST_LAYOUTS else 1
             scenes = named_scenes(LAYOUTS, None, seed=self.seed, count=count)
             known = {scene.id: scene for scene in scenes.scenes}
         if self.scene not in known:

@@ -37,7 +37,7 @@ def test_each_number_and_seed_has_a_folder_and_scenes_of_its_own(asked: dict[str
 
 
 def test_what_cannot_be_is_refused(asked: dict[str, Any]) -> None:
-    for count, seed in ((0, 0), (2, -1)):
+    for count, seed in ((0, 0), (2, -1), (10**23, 0)):
         with pytest.raises(ConfigurationError):
             procedural_frames(count, seed)
     assert not asked
