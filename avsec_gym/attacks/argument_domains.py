@@ -9,7 +9,7 @@ import math
 
 Ends = tuple[float, float]
 
-RADII: Ends = (0.01, 100_000.0)
+RADII: Ends = (0.01, 1e6)
 """Pixels of a spot of light, or of a patch."""
 STRENGTHS: Ends = (0.01, 100_000.0)
 """Grey levels of light; 255 are white."""
