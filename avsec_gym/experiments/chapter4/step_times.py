@@ -38,7 +38,7 @@ class StepTime:
         method: The method.
         where: Who does it.
         step: The step.
-        seconds: Mean wall-clock time, of one vehicle where vehicles do it.
+        seconds: Mean CPU time, of one vehicle where vehicles do it.
         instants: Number of instants.
     """
 
@@ -79,4 +79,4 @@ def step_times(timings: Mapping[str, Mapping[str, float]]) -> list[StepTime]:
 
 
 def _part(method: Method, step: str) -> str:
-    return f"{method}: {step}"
+    return f"{method}: {step}, CPU"

@@ -199,7 +199,7 @@ def _bytes_table(rows: Sequence[SentBytes]) -> Table:
 
 def _time_table(rows: Sequence[StepTime]) -> Table:
     return Table(
-        "Computing time of an instant of three vehicles",
+        "CPU time of an instant of three vehicles",
         ["method", "where", "step", "ms", "instants"],
         [
             [
@@ -209,8 +209,7 @@ def _time_table(rows: Sequence[StepTime]) -> Table:
             ]
             for row in rows
         ],
-        "Means of wall-clock time, of one vehicle where vehicles do it, on the machine and under"
-        " the load of the run.",
+        "Means of one core of the run’s machine, of one vehicle where vehicles do it.",
         names=3,
     )
 

@@ -41,7 +41,7 @@ class Kept:
         return self._rows.get(setting, [])
 
     def timings(self) -> dict[str, dict[str, float]]:
-        return {"rays: claim": {"cells": 4, "seconds": 0.2}}
+        return {"rays: claim, CPU": {"cells": 4, "seconds": 0.2}}
 
 
 def clean(number: int) -> MeasuredState:

@@ -10,7 +10,7 @@ from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.experiments.chapter4.in_words import connected_sentences
 from avsec_gym.experiments.chapter4.section import connected_section
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary, connected_summary
-from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.experiments.json_rows import as_json, row_of
 from tests.experiments.chapter4.known_run import Kept, known_rows
 
 PLACES = 20
@@ -65,6 +65,14 @@ def test_a_frame_has_more_false_alarms_than_a_region(summary: ConnectedSummary) 
     assert row.regions.rate == 0.0
     assert row.decidable.rate == 0.9
     assert {row.most for row in summary.sent} == {3000, 300}
+    assert [(each.step, each.where, each.seconds) for each in summary.times] == [
+        ("claim", "vehicle", 0.05)
+    ]
+
+
+def test_figures_are_read_back_from_their_json(summary: ConnectedSummary) -> None:
+    figures = json.loads(json.dumps(as_json(summary)))
+    assert row_of(ConnectedSummary, figures) == summary
 
 
 def test_distances_beside_the_bound_of_the_thesis(summary: ConnectedSummary) -> None:
