@@ -87,8 +87,10 @@ def lines_panel(
     frame = _frame(right, 100.0)
     parts = _axes(frame, title, below)
     for kind, points in lines.items():
-        within = [frame.at(point) for point in points if point[0] <= right]
-        parts.append(polyline(within, kind))
+        within = [point for point in points if point[0] <= right]
+        if 0 < len(within) < len(points):  # It goes on beyond the axis.
+            within.append((right, within[-1][1]))
+        parts.append(polyline([frame.at(point) for point in within], kind))
     parts += _drawn(frame, marks)
     return drawing(_WIDTH, _HEIGHT, parts, f"{title}: rates over {below}, in percent")
 
