@@ -25,8 +25,6 @@ _SHORT = {
     "$given": "--scenarios $scenarios --threads 1"
     " --options frames=$runs/twins/street,$runs/twins/highway",
     "$convert": "python -c 'import cv2, sys; cv2.imwrite(sys.argv[2], cv2.imread(sys.argv[1]))'",
-    "$models": "--settings truth blind error-model --error-model stereo_rcnn stereo_rcnn_patch"
-    " stereo_rcnn_thesis_pgd dsgn dsgn_patch dsgn_thesis_pgd --pictures 0 --resume",
     "$print": "python -c 'import sys; sys.stdout.write(open(sys.argv[1]).read())'",
     "$remove": "python -c 'import shutil, sys; shutil.rmtree(sys.argv[1], ignore_errors=True)'",
     "$results": RESULTS,

@@ -15,7 +15,6 @@ RESULTS = "studies/results"
 DATA = {
     "kitti": "root of the KITTI object data, with stereo2012 and stereo2015 beside it",
     "scenarios": "the authors' labelled scenarios",
-    "tracking": "root of the KITTI tracking data",
     "detections": "a detector's KITTI result files for them",
     "planning": "CommonRoad files and motion primitives, see benchmarks/report.py",
     "original": "a checkout of commonroad-search",

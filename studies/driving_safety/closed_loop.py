@@ -3,7 +3,14 @@
     python -m studies.driving_safety.closed_loop --runs runs/closed_loop --json closed_loop.json
 
 reads what `avsec drive` left in ``labels``, ``drives`` and ``tracking`` below that folder, of these
-those that are there.  The study of this name (`python -m studies closed_loop`) has the commands.
+those that are there, such as by
+
+    avsec drive --scenarios LABELS --limit 100 --out runs/closed_loop/labels
+    avsec drive --scenarios drives --limit 100 --intention all --out runs/closed_loop/drives
+    avsec drive --scenarios '{"source": "kitti_tracking", "root": "TRACKING"}' ...
+
+with ``--settings truth blind error-model --error-model stereo_rcnn dsgn ...``; `closed_loop_page`
+shows the result.
 Settings that are added, such as an error model of a detector under an attack, come into the table
 by themselves.  Every collision at fault under truth is listed, with its certificate if no car could
 have avoided it.

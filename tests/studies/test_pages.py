@@ -10,7 +10,6 @@ import pytest
 
 from studies.chapter3.real_frames_page import real_frames_page
 from studies.chapter5 import costly_errors
-from studies.driving_safety.closed_loop_page import closed_loop_page
 from studies.driving_safety.error_models.page import error_models_page
 from studies.driving_safety.page import page as driving_safety_page
 from studies.index import without_remark
@@ -25,7 +24,6 @@ def _errors(found: Mapping[str, Any]) -> str:
     ("name", "page"),
     [
         ("driving_safety", driving_safety_page),
-        ("closed_loop", closed_loop_page),
         ("error_models", error_models_page),
         ("identification_real", real_frames_page),
         ("chapter5_errors", _errors),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, RADIAL_REACH
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, object_views
 from avsec_gym.closed_loop.relative_poses import Pose, in_world, seen_from
@@ -88,6 +89,10 @@ class DrawnErrors:
             name: self.model.spreads[name].quantiles(shares[:, 2 + column], distance)
             for column, name in enumerate(COMPONENTS)
         }
+        # What is farther off is matched with nothing: it was fitted as a miss and a ghost.
+        radial_reach = RADIAL_REACH[0] + RADIAL_REACH[1] * distance
+        error["radial"] = np.clip(error["radial"], -radial_reach, radial_reach)
+        error["lateral"] = np.clip(error["lateral"], -LATERAL_REACH, LATERAL_REACH)
         poses = boxes.poses
         cos, sin = np.cos(bearing), np.sin(bearing)
         poses[:, 0] += cos * error["radial"] - sin * error["lateral"]

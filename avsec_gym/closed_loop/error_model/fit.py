@@ -20,6 +20,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.error_model.matching import Matches, errors_of, match
 from avsec_gym.closed_loop.error_model.model import (
     COMPONENTS,
+    FARTHEST,
     TERMS,
     ErrorModel,
     Ghosts,
@@ -31,8 +32,6 @@ from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.builder import is_obstacle
 
-FARTHEST = 60.0
-"""Objects beyond, in metres, concern no planner."""
 _PRIOR = 3.0
 """Standard deviation of weights and growths before any data."""
 _MOST_GHOSTS = 500

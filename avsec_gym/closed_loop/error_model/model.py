@@ -35,6 +35,9 @@ TERMS = ("constant", "distance", "distance_squared", "hidden", "outside", "not_c
 COMPONENTS = ("radial", "lateral", "turn", "log_length", "log_width")
 """What a detection has wrong, metres and radians."""
 UNIT = 20.0
+FARTHEST = 60.0
+"""Metres.  Objects beyond concern no planner, and models are fitted to none: they are taken as if
+they were as near as this, since a growth that goes on would put them anywhere."""
 _REMEDY = "Fit it anew with `avsec error-model fit`."
 
 
@@ -56,7 +59,7 @@ class Spread:
 
     def scales(self, distance: Floats) -> Floats:
         """The scale at each distance, metres, shape (N,)."""
-        return np.asarray(self.scale * np.exp(self.growth * distance / UNIT))
+        return np.asarray(self.scale * np.exp(self.growth * np.minimum(distance, FARTHEST) / UNIT))
 
     def quantiles(self, shares: Floats, distance: Floats) -> Floats:
         """The errors below which such shares of all lie, shape (N,)."""
@@ -116,7 +119,7 @@ class ErrorModel:
 
 def terms(boxes: Boxes3D, views: ObjectViews) -> Floats:
     """`TERMS` of each object, shape (N, 6)."""
-    distance = views.distance / UNIT
+    distance = np.minimum(views.distance, FARTHEST) / UNIT
     not_car = (boxes.category != "Car").astype(float)
     ones = np.ones_like(distance)
     return np.column_stack([ones, distance, distance**2, views.hidden, views.outside, not_car])

@@ -10,7 +10,8 @@ from scipy.special import ndtr, stdtrit
 
 from avsec_gym.box_overlap import overlap_area
 from avsec_gym.closed_loop.error_model.drawn_errors import FOUND, LATENT, TURNED
-from avsec_gym.closed_loop.error_model.model import COMPONENTS, UNIT, ErrorModel
+from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, RADIAL_REACH
+from avsec_gym.closed_loop.error_model.model import COMPONENTS, FARTHEST, UNIT, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, RAYS
 from avsec_gym.closed_loop.light.beliefs import Believed
 from avsec_gym.closed_loop.light.light_drive import LightDrive
@@ -66,8 +67,12 @@ class LightErrors:
         # What is wrong with what is found.
         shares = shares[seen]
         errors = stdtrit(self._freedom, shares[:, TURNED + 1 :])
-        errors *= self._scale * np.exp(self._growth * distance[seen, None] / UNIT)
+        away = distance[seen]
+        errors *= self._scale * np.exp(self._growth * np.minimum(away, FARTHEST)[:, None] / UNIT)
         errors += self._bias
+        radial_reach = RADIAL_REACH[0] + RADIAL_REACH[1] * away
+        errors[:, _RADIAL] = np.clip(errors[:, _RADIAL], -radial_reach, radial_reach)
+        errors[:, _LATERAL] = np.clip(errors[:, _LATERAL], -LATERAL_REACH, LATERAL_REACH)
         turned = shares[:, TURNED] < self.model.turned_round
         found, extent = _displaced(poses[seen], sizes[seen], bearing[seen], errors, turned, pose)
         ghosts = self._ghosts_at(pose, passed)
@@ -157,7 +162,7 @@ def _views(
                     if right[j] <= turned <= left[j]:
                         hidden += 1
                         break
-        away = distance[i] / UNIT
+        away = min(distance[i], FARTHEST) / UNIT
         odds = weights[0] + weights[1] * away + weights[2] * away**2
         odds += weights[3] * hidden / RAYS + weights[4] * outside / RAYS
         odds += weights[5] * (0.0 if cars[i] else 1.0)

@@ -5,11 +5,16 @@ from __future__ import annotations
 import json
 import logging
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.error_model import shipped
+from avsec_gym.closed_loop.error_model.drawn_errors import DrawnErrors
+from avsec_gym.closed_loop.error_model.model import Ghosts
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.error_model.shipped import (
     SHIPPED_MODELS,
@@ -18,6 +23,7 @@ from avsec_gym.closed_loop.error_model.shipped import (
     weights_file_hash,
 )
 from avsec_gym.errors import DataError
+from avsec_gym.geometry import ego_to_camera
 
 
 def test_each_detector_has_one_left_alone_and_under_attacks() -> None:
@@ -61,6 +67,24 @@ def test_what_is_not_there_is_an_error_with_the_names_of_those_that_are() -> Non
     with pytest.raises(DataError, match="stereo_rcnn") as caught:
         ErrorModelPerception("stereo_rcn")
     assert "no such error model" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", shipped_error_models())
+@pytest.mark.parametrize("away", [20.0, 70.0, 400.0])
+def test_what_is_far_away_is_not_put_anywhere(name: str, away: float) -> None:
+    """Scales grow with the distance, as far as models were fitted: at 400 m by 10^8 they did."""
+    model = named_error_model(name)
+    location, rotation_y = ego_to_camera(np.array([[away, 0.0, 0.0]]), np.array([1.65]))
+    size = np.array([[1.5, 1.8, 4.0]])
+    car = Boxes3D(location, size, rotation_y, np.ones(1), np.array(["Car"]))
+    reach = 2.0 + 0.1 * away
+    for seed in range(20):
+        drawn = DrawnErrors(replace(model, found=(50.0, 0, 0, 0, 0, 0), ghosts=Ghosts()))
+        drawn.begin(seed)
+        found, _ = drawn.detect(car, np.array([1]), (0.0, 0.0, 0.0), 0.0)
+        x, y, _ = found.poses[0]
+        assert abs(x - away) <= reach + 1e-9
+        assert abs(y) <= 1.5 + 1e-9
 
 
 def test_weights_are_known_by_their_file(tmp_path: Path) -> None:
