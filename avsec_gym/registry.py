@@ -148,7 +148,7 @@ _METHODS = {
     Kind.PLANNER: "plan",
     Kind.VALIDATOR: "validate",
     Kind.OPTICAL_ATTACK: "attack",
-    Kind.IMAGE_DETECTOR: "detect_image",
+    Kind.IMAGE_DETECTOR: "detect",
     Kind.DRIVE_ATTACK: "act",
     Kind.CONNECTED_ATTACK: "attack",
 }

@@ -49,7 +49,7 @@ def test_the_registry_asks_about_every_name_with_a_slip(kind: Kind) -> None:
     for name in names(kind):
         with pytest.raises(ConfigurationError, match=f'Did you mean "{name}"') as raised:
             make(kind, name + "x")
-        assert f"there is no {kind} named '{name}x'." in str(raised.value)
+        assert f"there is no {kind.replace('_', ' ')} named '{name}x'." in str(raised.value)
 
 
 def test_so_with_the_kinds() -> None:

@@ -97,7 +97,7 @@ def test_errors_are_drawn_from_a_file(tmp_path: Path) -> None:
         seen[name] = len(played.belief.poses)
     assert seen["sure"] > 0 == seen["blind"]
     for wrong, problem in (
-        ("error_model", "names its file"),
+        ("error_model", "names it"),
         ({"name": "error_model", "modle": "x"}, "model"),
         ({"name": "error_model", "model": 3}, "file"),
     ):

@@ -250,6 +250,8 @@ PLACES: dict[str, dict[str, str]] = {
 """By command and option, what else makes a whole command; ``""`` is its positional argument."""
 WRITTEN = {"out", "fit", "pictures", "figure", "markdown", "cache"}
 """Fields that name what a command writes."""
+NAME_OR_PLACE = {"scenarios", "agents", "error_model"}
+"""Fields that are a name or a place, and so no paths."""
 
 
 def test_every_place_that_a_command_reads_is_looked_at() -> None:
@@ -258,8 +260,10 @@ def test_every_place_that_a_command_reads_is_looked_at() -> None:
         read = {
             field.name
             for field in fields(command)
-            if "Path" in str(hints[field.name]) or field.name in ("scenarios", "agents")
+            if "Path" in str(hints[field.name]) or field.name in NAME_OR_PLACE
         } - WRITTEN
+        if name == "error-model check":
+            read |= {"model"}
         if name == "demo":
             read -= {"scenarios"}  # A number.
         flags = {option.flag for option in options(command)}

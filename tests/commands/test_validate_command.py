@@ -285,7 +285,7 @@ def test_what_cannot_be_is_refused(
         (["--attack", '{"name": "thesis", "sensors": []}'], "attacks no sensor"),
         (["--attack", ""], "no optical attack named ''"),
         (["--depth", '{"name": "sgbm", "blocks": 1}'], "sgbm cannot be made"),
-        (["--depth", '{"name": "sgbm", "nearest": -1}'], "nearest depth is positive"),
+        (["--depth", '{"name": "sgbm", "nearest": -1}'], "nearest takes a number from 0.01"),
     ],
 )
 def test_what_is_mistyped_is_told_before_anything_is_measured(

@@ -77,9 +77,9 @@ def error_model_file(model: str | Path) -> Path:
         return SHIPPED_MODELS / f"{model}.json"
     if not is_there(model):
         raise DataError(
-            "There is no such error model.",
+            "There is no such file.",
             path=model,
-            remedy=f"Name a file, or one that is shipped: {', '.join(shipped_error_models())}.",
+            remedy=f"Name a file, or a shipped error model: {', '.join(shipped_error_models())}.",
         )
     return Path(model)
 

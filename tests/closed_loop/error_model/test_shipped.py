@@ -66,7 +66,7 @@ def test_a_file_is_read_as_it_is(tmp_path: Path) -> None:
 def test_what_is_not_there_is_an_error_with_the_names_of_those_that_are() -> None:
     with pytest.raises(DataError, match="stereo_rcnn") as caught:
         ErrorModelPerception("stereo_rcn")
-    assert "no such error model" in str(caught.value)
+    assert "or a shipped error model: " in str(caught.value)
 
 
 @pytest.mark.parametrize("name", shipped_error_models())
