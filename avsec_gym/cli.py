@@ -16,6 +16,7 @@ from avsec_gym import __version__, console
 from avsec_gym.commands.process import (
     Terminated,
     end_when_asked,
+    settle_output,
     stand_in_for_closed_streams,
     write_any_text,
 )
@@ -124,7 +125,11 @@ def run(arguments: Sequence[str]) -> int:
     """
     logging.basicConfig(format="avsec: %(message)s", level=logging.WARNING)
     try:
-        return _run(arguments)
+        code = _run(arguments)
+        # What a full disk or a closed pipe does to buffered output shows only here.
+        if (error := settle_output()) is not None:
+            raise error
+        return code
     except ConfigurationError as error:
         console.complain(error)
         return console.BAD_USAGE
@@ -132,8 +137,10 @@ def run(arguments: Sequence[str]) -> int:
         console.complain(error)
         return console.BAD_DATA
     except BrokenPipeError:
+        settle_output()
         return console.DONE
     except OSError as error:
+        settle_output()
         # Places that cannot be read or written; the message of the system names them.
         console.say(f"avsec: {error}. Check the path, its permissions and the free space.")
         return console.BAD_DATA

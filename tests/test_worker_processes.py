@@ -198,6 +198,7 @@ def test_what_the_worker_cannot_import_is_told(tasks: ModuleType) -> None:
         Worker(tasks.echo, lambda: 1, threads=1)
     source = Path(tasks.__file__ or "")
     source.write_text(TASKS.replace("def doubling", "def tripling"))
+    os.utime(source, (0, 0))  # Compiled code of the same second and size would be taken for it.
     with pytest.raises(ConfigurationError, match=r"cannot import .*doubling.*One worker"):
         each(tasks.doubling, [1])
 

@@ -56,6 +56,22 @@ def stand_in_for_closed_streams() -> None:
             setattr(sys, name, stream)
 
 
+def settle_output() -> OSError | None:
+    """Write what standard output still holds; None, or the error if that cannot be written.
+
+    Then the rest is given up: else Python tries again when it leaves, and reports it in words of
+    its own.
+    """
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        handle = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(handle, sys.stdout.fileno())
+        os.close(handle)
+        return error
+    return None
+
+
 def write_any_text() -> None:
     """Characters that the terminal's encoding lacks are no error.
 

@@ -10,6 +10,7 @@ the program that wrote it.
 from __future__ import annotations
 
 import pickletools
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, BinaryIO
@@ -93,10 +94,13 @@ def load_pickle(
     """
     machine = _Machine(calls, persistent)
     try:
-        for opcode, argument, _ in pickletools.genops(stream):
-            if opcode.name == "STOP":
-                return machine.pop()
-            _do(machine, opcode.name, argument)
+        with warnings.catch_warnings():
+            # Of escapes in old strings, which a damaged file may have: they are no program's.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            for opcode, argument, _ in pickletools.genops(stream):
+                if opcode.name == "STOP":
+                    return machine.pop()
+                _do(machine, opcode.name, argument)
     except UnsoundPickle:
         raise
     except (ValueError, TypeError, OverflowError) as error:

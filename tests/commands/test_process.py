@@ -25,7 +25,9 @@ def test_closed_streams(closed: str, words: str, code: int, tmp_path: Path) -> N
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("words", ["experiments", "--version", ""])
-def test_a_full_output(words: str) -> None:
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_output(words: str, unbuffered: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
     done = subprocess.run(
         ["sh", "-c", f"{CALL} {words} > /dev/full"], capture_output=True, text=True, timeout=120
     )
