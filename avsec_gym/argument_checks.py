@@ -8,7 +8,7 @@ False do not, and texts never do.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeVar
@@ -211,6 +211,17 @@ def instance_or_none(name: str, value: Any, kind: type[_Kind]) -> _Kind | None:
         kind: The class.
     """
     return None if value is None else instance_of(name, value, kind)
+
+
+def keep_checked(part: object, checked: Mapping[str, Any]) -> None:
+    """Give a frozen dataclass its arguments as they were checked, in its ``__post_init__``.
+
+    Args:
+        part: The dataclass' object.
+        checked: The values by the names of its fields.
+    """
+    for name, value in checked.items():
+        object.__setattr__(part, name, value)
 
 
 def flag(name: str, value: Any) -> bool:

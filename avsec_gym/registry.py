@@ -247,7 +247,7 @@ def check(kind: Kind | str, what: Any) -> None:
             _check_names(kind, name, arguments)
     elif not hasattr(what, _METHODS[kind]):
         raise ConfigurationError(
-            f"a {kind} is a name, a dictionary of a name and arguments, or an object that has "
+            f"{kind.words} is a name, a dictionary of a name and arguments, or an object that has "
             f"{_METHODS[kind]}(), got {shown(what)}"
         )
 
@@ -283,7 +283,7 @@ def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, An
     asked = {"name": what} if isinstance(what, str) else dict(what)
     if "name" not in asked:
         raise ConfigurationError(
-            f"a {kind} given as a dictionary needs a 'name', got {shown(what)}"
+            f"{kind.words} given as a dictionary needs a 'name', got {shown(what)}"
         )
     name = str(asked.pop("name"))
     if kind == Kind.ATTACK and name in AMBIGUOUS_ATTACKS:

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import camera_number, label, number, number_or_range, numbers
+from avsec_gym.argument_checks import (
+    camera_number,
+    keep_checked,
+    label,
+    number,
+    number_or_range,
+    numbers,
+)
 from avsec_gym.attacks.argument_domains import PIXELS, RADII, SHARES, STRENGTHS
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.optical_attack import TamperedFrame
@@ -69,8 +76,7 @@ class Facula:
             "saturation": number("saturation", self.saturation, 0.0, _MOST_SATURATION),
             "name": label("name", self.name),
         }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        keep_checked(self, checked)
         if not any(self.colour):
             raise ConfigurationError("colour takes three shares, not all of them 0")
 

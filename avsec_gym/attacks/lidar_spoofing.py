@@ -7,7 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import camera_number, flag, label, number, number_or_range
+from avsec_gym.argument_checks import (
+    camera_number,
+    flag,
+    keep_checked,
+    label,
+    number,
+    number_or_range,
+)
 from avsec_gym.attacks.argument_domains import ANGLES, DISTANCES, SHARES, WIDTHS
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.optical_attack import TamperedFrame
@@ -71,8 +78,7 @@ class LidarSpoofing:
             "reflectance": number("reflectance", self.reflectance, *SHARES),
             "name": label("name", self.name),
         }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        keep_checked(self, checked)
 
     @property
     def sensors(self) -> frozenset[Sensor]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.argument_checks import flag, label, number, number_or_range, shown
+from avsec_gym.argument_checks import flag, keep_checked, label, number, number_or_range, shown
 from avsec_gym.attacks.argument_domains import ANGLES, DISTANCES
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.object_scan import ObjectScan, object_pose, read_object_scan
@@ -101,8 +101,7 @@ class PastedScan:
         for name in ("bearing", "heading"):
             if (angle := getattr(self, name)) is not None:
                 checked[name] = number(name, angle, *ANGLES)
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        keep_checked(self, checked)
 
     @property
     def sensors(self) -> frozenset[Sensor]:

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avsec_gym.argument_checks import flag, label, number, whole_number
+from avsec_gym.argument_checks import flag, keep_checked, label, number, whole_number
 from avsec_gym.attacks.argument_domains import LEVELS, MOMENTA, STEPS
 from avsec_gym.attacks.attack import Budget, Seed, Victim, with_pair
 from avsec_gym.attacks.loss_gradient import loss_gradient
@@ -71,8 +71,7 @@ class Perturbation:
         }
         for name in ("projected", "random_start", "shared"):
             checked[name] = flag(name, getattr(self, name))
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        keep_checked(self, checked)
         if (self.projected and self.epsilon is None) or (self.random_start and not self.projected):
             raise ConfigurationError(
                 "a projection needs the epsilon of its ball, and a random start a projection"

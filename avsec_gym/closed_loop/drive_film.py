@@ -128,6 +128,8 @@ _FORMS = {
 _FARTHEST = 1e5
 """Metres from the car's start to anything in its film, at most; drives take seconds."""
 _LONGEST_STEP = 10.0
+_HARDEST_BRAKING = 1000.0
+"""m/s2, either way: a hundred times what tyres can."""
 
 
 def _problem(arrays: Mapping[str, NDArray[Any]]) -> str | None:
@@ -152,6 +154,8 @@ def _problem(arrays: Mapping[str, NDArray[Any]]) -> str | None:
     places = [arrays[name].reshape(-1, arrays[name].shape[-1])[:, :2] for name in _PLACES]
     if any((np.abs(each - start) > _FARTHEST).any() for each in places):
         return "something is farther away than any road leads"
+    if (np.abs(arrays["braking"]) > _HARDEST_BRAKING).any():
+        return "it brakes as no car can"
     if times[0] < 0 or not ((np.diff(times) > 0) & (np.diff(times) <= _LONGEST_STEP)).all():
         return "its times are not one after the other"
     bounds = arrays["bound_of"]

@@ -63,8 +63,8 @@ class ErrorModelFit:
 
     def _whose(self) -> dict[str, Any]:
         """The detector, the hash of its weights, and the attack, for the card."""
-        from avsec_gym.closed_loop.error_model.shipped import weights_file_hash
         from avsec_gym.perception.result_folder import recorded_detector
+        from avsec_gym.perception.weights.weights_file import weights_file_hash
 
         recorded = [recorded_detector(folder) for folder in self.detections]
         if any(each != recorded[0] for each in recorded):

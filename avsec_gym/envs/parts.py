@@ -13,7 +13,7 @@ from inspect import Parameter, Signature, signature
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from avsec_gym.argument_checks import number
+from avsec_gym.argument_checks import keep_checked, number
 from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.envs.game_validator import check_validator, is_measured, validator_and_played
 from avsec_gym.envs.one_thread import one_thread
@@ -108,8 +108,7 @@ class Parts:
             checked["attack"] = _made(_checked_attack(self.attack), self.attack)
             if self.detector is None and getattr(checked["attack"], "needs_gradient", False):
                 raise ConfigurationError(_KNOWS_NOTHING)
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        keep_checked(self, checked)
 
     def car(self, agent: Any = None) -> tuple[Pipeline, FrameScenes]:
         """The whole pipeline, and the scenes that are played: those no threshold was measured on.

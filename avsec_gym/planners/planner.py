@@ -12,7 +12,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import flag, number, shown, whole_number
+from avsec_gym.argument_checks import flag, keep_checked, number, shown, whole_number
 from avsec_gym.errors import ConfigurationError, PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import CollisionWorld, collision_world_of, within_reach
@@ -118,8 +118,7 @@ class MotionPrimitivePlanner:
             "time_limit": number("time_limit", self.time_limit, _LEAST_TIME, math.inf),
             "keep_tree": flag("keep_tree", self.keep_tree),
         }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        keep_checked(self, checked)
 
     def plan(
         self,

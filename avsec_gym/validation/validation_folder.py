@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 FORMAT = 5
 """Raised when a row changes: a run does not go on with rows of an earlier format."""
+_TIMES, _LONGEST = ("seconds", "locating_seconds"), 1e6
+"""Fields of a row, and the most seconds that a frame takes: eleven days."""
 _AWAY = "Name another --out, or take this folder away."
 RECORD, ROWS = "validation.json", "frames.jsonl"
 """Whose results these are; the results."""
@@ -93,6 +95,7 @@ class ValidationFolder:
         self._lines = JsonLines(out / ROWS, kind)
         if kind is FrameRow:
             self._check_sensors({str(sensor) for sensor in record["sensors"]})
+            self._check_seconds()
 
     @property
     def rows(self) -> dict[str, dict[str, Any]]:
@@ -114,6 +117,16 @@ class ValidationFolder:
                 raise DataError(
                     f"The row of {id!r:.60} names {strange or 'more or less than three sensors'}, "
                     f"which are not those that are judged: {' '.join(sorted(known))}.",
+                    path=self.out / ROWS,
+                    remedy="Take the line out: its frame is then judged again.",
+                )
+
+    def _check_seconds(self) -> None:
+        """Raise DataError where a row states a time that no frame takes."""
+        for id, row in self.rows.items():
+            if not all(0 <= row[name] <= _LONGEST for name in _TIMES if row[name] is not None):
+                raise DataError(
+                    f"The row of {id!r:.60} has seconds that no frame takes.",
                     path=self.out / ROWS,
                     remedy="Take the line out: its frame is then judged again.",
                 )

@@ -119,6 +119,7 @@ def test_each_array_is_of_its_kind_and_shape(
         ),
         ("bounds", (1, 0), 1e300, "farther away"),
         ("poses", (2, 0, 1), -1e6, "farther away"),
+        ("braking", 2, 1e30, "no car can"),
         ("times", 3, 0.1, "one after the other"),
         ("times", 20, 1e9, "one after the other"),
         ("times", 0, -1.0, "one after the other"),

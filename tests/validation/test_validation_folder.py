@@ -133,6 +133,8 @@ def test_a_damaged_line_tells_its_number(tmp_path: Path) -> None:
         ("exceeded", [{**KEPT["exceeded"][0], "share": "E"}], "exceeded is"),
         ("exceeded", [{**KEPT["exceeded"][0], "sensors": [3, 2]}], "three sensors"),
         ("seconds", None, "seconds is None"),
+        ("seconds", 1e308, "no frame takes"),
+        ("locating_seconds", -1.0, "no frame takes"),
         ("shares", [], "shares is"),
     ],
 )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, RADIAL_REACH
+from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, radial_reach
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, object_views
 from avsec_gym.closed_loop.relative_poses import Pose, in_world, seen_from
@@ -90,8 +90,8 @@ class DrawnErrors:
             for column, name in enumerate(COMPONENTS)
         }
         # What is farther off is matched with nothing: it was fitted as a miss and a ghost.
-        radial_reach = RADIAL_REACH[0] + RADIAL_REACH[1] * distance
-        error["radial"] = np.clip(error["radial"], -radial_reach, radial_reach)
+        reach = radial_reach(distance)
+        error["radial"] = np.clip(error["radial"], -reach, reach)
         error["lateral"] = np.clip(error["lateral"], -LATERAL_REACH, LATERAL_REACH)
         poses = boxes.poses
         cos, sin = np.cos(bearing), np.sin(bearing)

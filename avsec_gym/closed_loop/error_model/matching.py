@@ -13,8 +13,17 @@ from avsec_gym.geometry import Floats, wrap_angle
 
 LATERAL_REACH = 1.5
 """Metres across the line of sight within which a detection may belong to an object."""
-RADIAL_REACH = (2.0, 0.1)
+_RADIAL_REACH = (2.0, 0.1)
 """The same along the line of sight: metres, and more for each metre of distance."""
+
+
+def radial_reach(distance: Floats) -> Floats:
+    """Metres along the line of sight within which a detection may belong to an object, shape (N,).
+
+    Args:
+        distance: The distances of the objects, metres, shape (N,).
+    """
+    return np.asarray(_RADIAL_REACH[0] + _RADIAL_REACH[1] * distance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +52,7 @@ def match(objects: Boxes3D, detections: Boxes3D) -> Matches:
         detections: What was found, in the camera frame.
     """
     radial, lateral, _ = errors_of(objects, detections)
-    reach = RADIAL_REACH[0] + RADIAL_REACH[1] * np.hypot(*objects.poses[:, :2].T)[:, None]
+    reach = radial_reach(np.hypot(*objects.poses[:, :2].T))[:, None]
     apart = (radial / reach) ** 2 + (lateral / LATERAL_REACH) ** 2
     # Pairs out of reach cost more than all others together, and are taken apart again.
     rows, columns = linear_sum_assignment(np.where(apart <= 1, apart, 1e3))

@@ -6,20 +6,16 @@ to.
 
 from __future__ import annotations
 
-import hashlib
 import logging
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.closed_loop.error_model.model import ErrorModel, read_error_model
 from avsec_gym.errors import DataError
-from avsec_gym.storage.regular_files import is_file, is_there, read_bytes
+from avsec_gym.perception.weights.weights_file import weights_file_hash
+from avsec_gym.storage.regular_files import is_there
 
 SHIPPED_MODELS = Path(__file__).parent / "shipped_models"
 """The folder of the files."""
-_WEIGHTS = Path(__file__).parents[2] / "perception" / "weights"
-_MOST_BYTES = 1 << 30
 _LOG = logging.getLogger(__name__)
 _REPORTED: set[str] = set()
 
@@ -82,23 +78,3 @@ def error_model_file(model: str | Path) -> Path:
             remedy=f"Name a file, or a shipped error model: {', '.join(shipped_error_models())}.",
         )
     return Path(model)
-
-
-def weights_file_hash(detector: Any) -> str | None:
-    """SHA-256 of the file that a detector's weights are from; None: it has none that is known.
-
-    Args:
-        detector: The detector as `avsec detect` takes it: a name, or JSON with arguments.
-
-    Example:
-        >>> weights_file_hash("stereo_rcnn") is None, weights_file_hash("point_gnn") is None
-        (False, True)
-    """
-    given = detector if isinstance(detector, Mapping) else {"name": detector}
-    weights = given.get("weights", "shipped")
-    if weights == "shipped":
-        preset = given.get("configuration", "small")
-        weights = _WEIGHTS / f"{given.get('name')}_{preset}.safetensors"
-    if not isinstance(weights, str | Path) or not is_file(Path(weights)):
-        return None
-    return hashlib.sha256(read_bytes(Path(weights), most=_MOST_BYTES)).hexdigest()

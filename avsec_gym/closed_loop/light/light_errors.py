@@ -10,7 +10,7 @@ from scipy.special import ndtr, stdtrit
 
 from avsec_gym.box_overlap import overlap_area
 from avsec_gym.closed_loop.error_model.drawn_errors import FOUND, LATENT, TURNED
-from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, RADIAL_REACH
+from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, radial_reach
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, FARTHEST, UNIT, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, RAYS
 from avsec_gym.closed_loop.light.beliefs import Believed
@@ -70,8 +70,8 @@ class LightErrors:
         away = distance[seen]
         errors *= self._scale * np.exp(self._growth * np.minimum(away, FARTHEST)[:, None] / UNIT)
         errors += self._bias
-        radial_reach = RADIAL_REACH[0] + RADIAL_REACH[1] * away
-        errors[:, _RADIAL] = np.clip(errors[:, _RADIAL], -radial_reach, radial_reach)
+        reach = radial_reach(away)
+        errors[:, _RADIAL] = np.clip(errors[:, _RADIAL], -reach, reach)
         errors[:, _LATERAL] = np.clip(errors[:, _LATERAL], -LATERAL_REACH, LATERAL_REACH)
         turned = shares[:, TURNED] < self.model.turned_round
         found, extent = _displaced(poses[seen], sizes[seen], bearing[seen], errors, turned, pose)

@@ -8,17 +8,14 @@ from dataclasses import dataclass
 from avsec_gym.drawing.page_plots import (
     Frame,
     Point,
-    Scale,
     band,
     cross,
     drawing,
     marker,
     polyline,
-    text,
 )
+from avsec_gym.drawing.small_panel import HEIGHT, WIDTH, Y_ENDS, panel_axes, panel_frame
 
-_WIDTH, _HEIGHT = 250, 176
-_X, _Y = (34.0, 240.0), (142.0, 26.0)
 _SIZE = 2.5
 """Pixels from points of one value to those of the next kind."""
 
@@ -53,8 +50,8 @@ def steps_panel(
         bound: Where a dashed line stands.
     """
     highest = max(max(shares) for shares in shown.values())
-    frame = _frame(right, max(100 * highest, 1.0))
-    parts = _axes(frame, title, below)
+    frame = panel_frame(right, max(100 * highest, 1.0))
+    parts = panel_axes(frame, title, below)
     for kind, shares in shown.items():
         steps = [
             frame.at((right * edge / len(shares), 100 * share))
@@ -63,9 +60,9 @@ def steps_panel(
         ]
         floor = [(x, frame.y.start) for x, _ in steps]
         parts += [band(floor, steps, kind), polyline(steps, f"thin {kind}")]
-    ends = [(frame.x(bound), end) for end in _Y]
+    ends = [(frame.x(bound), end) for end in Y_ENDS]
     parts.append(polyline(ends, "thin dashed of-soft"))
-    return drawing(_WIDTH, _HEIGHT, parts, f"{title}: distribution over {below}")
+    return drawing(WIDTH, HEIGHT, parts, f"{title}: distribution over {below}")
 
 
 def lines_panel(
@@ -84,15 +81,15 @@ def lines_panel(
         lines: Points by class names; those beyond the axis are left out.
         marks: Marks above them.
     """
-    frame = _frame(right, 100.0)
-    parts = _axes(frame, title, below)
+    frame = panel_frame(right, 100.0)
+    parts = panel_axes(frame, title, below)
     for kind, points in lines.items():
         within = [point for point in points if point[0] <= right]
         if 0 < len(within) < len(points):  # It goes on beyond the axis.
             within.append((right, within[-1][1]))
         parts.append(polyline([frame.at(point) for point in within], kind))
     parts += _drawn(frame, marks)
-    return drawing(_WIDTH, _HEIGHT, parts, f"{title}: rates over {below}, in percent")
+    return drawing(WIDTH, HEIGHT, parts, f"{title}: rates over {below}, in percent")
 
 
 def _drawn(frame: Frame, marks: Sequence[Mark]) -> list[str]:
@@ -108,15 +105,3 @@ def _drawn(frame: Frame, marks: Sequence[Mark]) -> list[str]:
             parts.append(cross(at, None, ends, mark.kind.split()[-1]))
         parts.append(marker(at, "circle", mark.kind, mark.hint))
     return parts
-
-
-def _frame(right: float, top: float) -> Frame:
-    return Frame(Scale(0, right, *_X), Scale(0, top, *_Y))
-
-
-def _axes(frame: Frame, title: str, below: str) -> list[str]:
-    return [
-        frame.axes(frame.x.ticks(4), frame.y.ticks(4)),
-        text((frame.x.start, 14), title, "name"),
-        text(((frame.x.start + frame.x.end) / 2, _HEIGHT - 2), below, "middle"),
-    ]

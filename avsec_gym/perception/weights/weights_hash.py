@@ -11,7 +11,7 @@ from torch import nn
 def weights_hash(part: Any) -> str | None:
     """SHA-256 of the weights of a part's `network`; None for one that has none.
 
-    Whatever is fitted to a network (a patch, a likelihood, an error model) keeps it, since it
+    Whatever is fitted to a network (a patch, a likelihood) keeps it, since it
     holds for no other weights of the same network.
 
     Args:

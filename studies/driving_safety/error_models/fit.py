@@ -15,8 +15,9 @@ from typing import Any
 from avsec_gym.closed_loop.error_model.check import check_error_model
 from avsec_gym.closed_loop.error_model.fit import DetectedFrame, fit_error_model
 from avsec_gym.closed_loop.error_model.model import write_error_model
-from avsec_gym.closed_loop.error_model.shipped import SHIPPED_MODELS, weights_file_hash
+from avsec_gym.closed_loop.error_model.shipped import SHIPPED_MODELS
 from avsec_gym.closed_loop.error_model.stored_frames import stored_frames
+from avsec_gym.perception.weights.weights_file import weights_file_hash
 from studies.answer import answer
 from studies.driving_safety.error_models.cases import CHECK, FIT, Case, cases
 

@@ -20,10 +20,10 @@ from avsec_gym.closed_loop.error_model.shipped import (
     SHIPPED_MODELS,
     named_error_model,
     shipped_error_models,
-    weights_file_hash,
 )
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import ego_to_camera
+from avsec_gym.perception.weights.weights_file import weights_file_hash
 
 
 def test_each_detector_has_one_left_alone_and_under_attacks() -> None:
@@ -85,11 +85,3 @@ def test_what_is_far_away_is_not_put_anywhere(name: str, away: float) -> None:
         x, y, _ = found.poses[0]
         assert abs(x - away) <= reach + 1e-9
         assert abs(y) <= 1.5 + 1e-9
-
-
-def test_weights_are_known_by_their_file(tmp_path: Path) -> None:
-    (tmp_path / "mine.safetensors").write_bytes(b"tensors")
-    own = {"name": "dsgn", "weights": str(tmp_path / "mine.safetensors")}
-    assert weights_file_hash("dsgn") != weights_file_hash("stereo_rcnn")
-    assert weights_file_hash(own) not in (None, weights_file_hash("dsgn"))
-    assert weights_file_hash("no detector") is None

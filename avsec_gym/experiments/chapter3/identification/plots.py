@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from avsec_gym.drawing.page_figure import Figure, line_key
-from avsec_gym.drawing.page_plots import Frame, Point, Scale, band, drawing, marker, polyline, text
+from avsec_gym.drawing.page_plots import Point, band, drawing, marker, polyline
 from avsec_gym.drawing.page_table import number
+from avsec_gym.drawing.small_panel import HEIGHT, WIDTH, Y_ENDS, panel_axes, panel_frame
 from avsec_gym.experiments.chapter3.identification.calibration import (
     Calibration,
     ReliabilityPoint,
@@ -30,8 +31,6 @@ from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 Lines = Mapping[str, Sequence[Point]]
 """By class names; percent."""
 
-_WIDTH, _HEIGHT = 250, 176
-_X, _Y = (34.0, 240.0), (142.0, 26.0)
 _HOLLOW = "Hollow: the thesis, where it gives a number."
 _CLEAN, _ATTACKED = "line-0", "line-1"
 _CRITERION_KINDS = {"any": "line-1", "error": "dashed line-1"}
@@ -151,8 +150,8 @@ def _reliability_figure(calibration: Calibration) -> Figure:
 
 
 def _reliability_panel(title: str, points: Iterable[ReliabilityPoint]) -> str:
-    frame = _frame(100.0, 100.0)
-    parts = _axes(frame, title, "predicted P(attacked), %")
+    frame = panel_frame(100.0, 100.0)
+    parts = panel_axes(frame, title, "predicted P(attacked), %")
     parts.append(polyline([frame.at((0, 0)), frame.at((100, 100))], "thin of-soft"))
     for point in points:
         predicted, observed = 100 * point.predicted, 100 * point.observed
@@ -167,7 +166,7 @@ def _reliability_panel(title: str, points: Iterable[ReliabilityPoint]) -> str:
         )
         parts.append(marker(frame.at((predicted, observed)), "circle", f"small {_ATTACKED}", hint))
     label = f"How often a sensor was attacked, over the predicted probability, {title}"
-    return drawing(_WIDTH, _HEIGHT, parts, label)
+    return drawing(WIDTH, HEIGHT, parts, label)
 
 
 def _bounds_note(beside: BesideBounds, name: str = "E") -> str:
@@ -188,8 +187,8 @@ def _histograms(
 ) -> str:
     """Steps of one distribution, or of a clean and an attacked one."""
     highest = max(max(shares) for _, shares in shown)
-    frame = _frame(100 * largest, max(100 * highest, 1.0))
-    parts = _axes(frame, title, "E, %")
+    frame = panel_frame(100 * largest, max(100 * highest, 1.0))
+    parts = panel_axes(frame, title, "E, %")
     kinds = (_ATTACKED,) if touched else (_CLEAN, _ATTACKED)
     for kind, (_, shares) in zip(kinds, shown, strict=False):
         steps = [
@@ -201,21 +200,21 @@ def _histograms(
         parts += [band(floor, steps, kind), polyline(steps, f"thin {kind}")]
     for bound in bounds:
         if bound <= largest:
-            line = [(frame.x(100 * bound), end) for end in _Y]
+            line = [(frame.x(100 * bound), end) for end in Y_ENDS]
             parts.append(polyline(line, "thin dashed of-soft"))
-    return drawing(_WIDTH, _HEIGHT, parts, f"{title}: distribution of the disparity error")
+    return drawing(WIDTH, HEIGHT, parts, f"{title}: distribution of the disparity error")
 
 
 def _curves(title: str, lines: Lines, thesis: Sequence[Point] = ()) -> str:
-    frame = _frame(100.0, 100.0)
-    parts = _axes(frame, title, "r, %")
+    frame = panel_frame(100.0, 100.0)
+    parts = panel_axes(frame, title, "r, %")
     parts += [
         polyline([frame.at(point) for point in points], kind) for kind, points in lines.items()
     ]
     for rate, share in thesis:
         hint = f"The thesis, r = {rate:g} %: {number(share, digits=2)}"
         parts.append(marker(frame.at((rate, share)), "circle", "hollow small line-0", hint))
-    return drawing(_WIDTH, _HEIGHT, parts, f"{title}: rates over r, in percent")
+    return drawing(WIDTH, HEIGHT, parts, f"{title}: rates over r, in percent")
 
 
 def _of_case(case: str) -> Callable[[CaseRates], float]:
@@ -228,18 +227,6 @@ def _curve(
     """In percent, over r; where there is something to measure."""
     own = [(row.rate, of(row.rates)) for row in rows if row.criterion == criterion]
     return [(100 * rate, 100 * share) for rate, share in own if share is not None]
-
-
-def _frame(right: float, top: float) -> Frame:
-    return Frame(Scale(0, right, *_X), Scale(0, top, *_Y))
-
-
-def _axes(frame: Frame, title: str, below: str) -> list[str]:
-    return [
-        frame.axes(frame.x.ticks(4), frame.y.ticks(4)),
-        text((frame.x.start, 14), title, "name"),
-        text(((frame.x.start + frame.x.end) / 2, _HEIGHT - 2), below, "middle"),
-    ]
 
 
 def _attacked(case: str) -> str:
