@@ -27,7 +27,7 @@ from avsec_gym.validation.response import Response
     ("wrong", "complaint"),
     [
         ({"detector": "dgsn"}, "dsgn"),
-        ({"detector": None}, "a detector is"),
+        ({"detector": None}, "a detector of 3D boxes is"),
         ({"detector": {"name": "dsgn", "weigths": "FILE"}}, 'mean "weights"'),
         ({"detector": "replayed"}, "needs the argument"),
         ({"detector": {"name": "scan_obstacles", "step": "a"}}, "step takes a number"),
