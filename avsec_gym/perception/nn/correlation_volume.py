@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from avsec_gym.kernels import kernel
-from avsec_gym.perception.nn.cost_volume import shifted
 
 Values = NDArray[np.float32] | NDArray[np.float64]
 
@@ -45,16 +44,18 @@ def correlation_volume(left: Tensor, right: Tensor, disparities: Tensor, groups:
 def plain_correlation_volume(
     left: Tensor, right: Tensor, disparities: Tensor, groups: int
 ) -> Tensor:
-    """The same in torch alone, on any device."""
-
-    def agreement(one: Tensor, other: Tensor, shift: float) -> Tensor:
-        products = one * shifted(other, shift)
-        return products.reshape(groups, -1, *products.shape[1:]).mean(1)
-
-    pairs = zip(left, right, disparities.tolist(), strict=True)
-    return torch.stack(
-        [torch.stack([agreement(one, other, s) for s in shifts], 1) for one, other, shifts in pairs]
-    )
+    """The same in torch alone, on any device: all planes are sampled by one matrix product."""
+    batch, channels, height, width = right.shape
+    planes = disparities.shape[1]
+    disparities = disparities.to(torch.promote_types(right.dtype, torch.float32))
+    columns = torch.arange(width).to(disparities)
+    # Where each column of each plane looks, and how much each column of the right features counts.
+    places = (columns - disparities[..., None]).flatten(1)[:, None]
+    shares = (1 - (columns[:, None] - places).abs()).clamp(min=0) * (places >= 0)
+    sampled = right.reshape(batch, channels * height, width) @ shares.to(right)
+    sampled = sampled.reshape(batch, channels, height, planes, width)
+    products = (left[:, :, :, None] * sampled).reshape(batch, groups, -1, height, planes, width)
+    return products.mean(2).transpose(2, 3).contiguous()
 
 
 class _Correlation(torch.autograd.Function):

@@ -7,6 +7,7 @@ network's step.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -48,7 +49,7 @@ _STORED_STEPS = 256.0
 """Of a disparity's pixel, as in KITTI's files."""
 _AGAIN = "Remove the folder; it is made anew."
 _FACTS = "samples.json"
-_THREADS = 2
+_THREADS = max(2, os.cpu_count() or 2)
 
 
 class StereoSamples(LabelledFrames):

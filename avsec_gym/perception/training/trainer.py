@@ -165,6 +165,9 @@ class _Run:
     ) -> None:
         self.task, self.configuration, self.folder = task, configuration, folder
         self.device = torch.device(machine.device)
+        if self.device.type == "cuda":
+            # Sizes stay the same from step to step: the quickest of cuDNN's ways is looked for once.
+            torch.backends.cudnn.benchmark = True
         self.epoch_steps = steps_of_epoch(task.samples, configuration.batch)
         self.steps = self.epoch_steps * configuration.epochs
         self.trained = task.trained.to(self.device).train()
@@ -292,9 +295,9 @@ class _Run:
     def save(self) -> None:
         """Write a checkpoint."""
         self._count_time()
-        self.state.trained = self.trained.state_dict()
-        self.state.average = self.average.weights
-        self.state.optimizer = self.optimizer.state_dict()
+        self.state.trained = _on_cpu(self.trained.state_dict())
+        self.state.average = _on_cpu(self.average.weights)
+        self.state.optimizer = _on_cpu(self.optimizer.state_dict())
         save_checkpoint(self.folder, self.state)
 
     def _skip(self) -> None:
@@ -328,6 +331,15 @@ class _Run:
         now = time.monotonic()
         self.state.seconds += now - self._since
         self._since = now
+
+
+def _on_cpu(value: Any) -> Any:
+    """A state with its tensors on the CPU, so that a run may go on on a machine without a GPU."""
+    if isinstance(value, torch.Tensor):
+        return value.cpu()
+    if isinstance(value, dict):
+        return {key: _on_cpu(part) for key, part in value.items()}
+    return value
 
 
 def _optimizer(trained: nn.Module, configuration: TrainingConfiguration) -> torch.optim.AdamW:
