@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +20,7 @@ from avsec_gym.registry import Kind, make
 if TYPE_CHECKING:
     from avsec_gym.kitti.dataset import KittiObject
     from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
+    from avsec_gym.perception.weights.model_card import ModelCard
 
 _PAIR, _SCAN, _IMAGE = ("image_2", "image_3"), ("velodyne",), ("image_2",)
 _LOOKS_AT = {
@@ -41,6 +42,7 @@ class WeightsCalibrate:
     a detector of images finds); the function that fits is kept in the weights' card, and the
     detector scores by it from then on. Boxes keep their order, and with it average precision, but
     Stereo R-CNN's: its scores also count how well both images agree on a box, unless --no-evidence.
+    The card's precision becomes that on these frames.
     """
 
     file: Annotated[Path, tyro.conf.Positional]
@@ -68,6 +70,8 @@ class WeightsCalibrate:
             ScoreCalibration,
             fit_score_calibration,
         )
+        from avsec_gym.perception.training.labelled_frames import DataFrames
+        from avsec_gym.perception.training.training_data import described
         from avsec_gym.perception.weights.store import read_card, write_card
         from avsec_gym.storage.regular_files import MAX_FILE_BYTES, check_regular
 
@@ -81,7 +85,9 @@ class WeightsCalibrate:
                 remedy=f"Name those that `avsec train` wrote of {', '.join(_LOOKS_AT)}.",
             )
         kind, looks_at = _LOOKS_AT[card.network]
-        detector: Any = make(kind, {"name": card.network, "weights": str(self.file)})
+        detector: Any = make(
+            kind, {"name": card.network, "weights": str(self.file), **_configuration(card)}
+        )
         detector.calibration = ScoreCalibration()
         data = KittiObject(self.kitti)
         ids = data.ids(self.split, having=(*looks_at, "label_2"))[: self.limit]
@@ -99,7 +105,17 @@ class WeightsCalibrate:
         # The logistic line through them stands in the card from now on.
         line = fit_score_calibration(scores, right, wrong, beside)
         card.beside[NAME] = [line.slope, line.offset, *line.evidence]
-        write_card(self.file, card)
+        known = evidence if self.evidence else [None for _ in found]
+        scored = [
+            replace(boxes, score=line(boxes.score, beside))
+            for boxes, beside in zip(found, known, strict=True)
+        ]
+        measured = replace(
+            card,
+            metrics=_precision_anew(card.metrics, labels, scored),
+            data={**card.data, "calibration": [described(DataFrames(data, tuple(ids)))]},
+        )
+        write_card(self.file, measured)
         self._report(line, frames=len(ids), right=int(right.sum()), wrong=int(wrong.sum()))
         return console.DONE
 
@@ -121,6 +137,31 @@ class WeightsCalibrate:
                 f" {frames} frames, log-odds x {line.slope:.3f} {line.offset:+.3f}"
                 + "".join(f" {weight:+.3f}" for weight in line.evidence)
             )
+
+
+def _configuration(card: ModelCard) -> dict[str, str]:
+    """The preset of weights, where several may be theirs."""
+    if card.network != "dsgn":
+        return {}
+    from avsec_gym.perception.detectors.dsgn.editions import preset_name
+
+    return {"configuration": preset_name(card)}
+
+
+def _precision_anew(
+    metrics: Mapping[str, float], labels: Sequence[Boxes3D], found: Sequence[Boxes3D]
+) -> dict[str, float]:
+    """The average precisions of a card, percent, as these detections have them."""
+    from avsec_gym.perception.training.precision import precision
+
+    names = [name.partition("_") for name in metrics if "_ap" in name]
+    measures: dict[str, list[str]] = {}
+    for category, _, measure in names:
+        measures.setdefault(category, []).append(measure)
+    result: dict[str, float] = {}
+    for category, wanted in measures.items():
+        result |= precision(labels, found, category, wanted)
+    return result
 
 
 def _evidenced_in_all(

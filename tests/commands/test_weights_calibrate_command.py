@@ -67,12 +67,18 @@ def test_the_card_gets_the_line(
     frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "small.safetensors"
-    save_weights(file, nn.Linear(1, 1), ModelCard("dsgn", beside={"other": [1.0]}))
+    before = ModelCard("dsgn", beside={"other": [1.0]}, metrics={"Car_bev_ap11": 99.0, "loss": 1.0})
+    save_weights(file, nn.Linear(1, 1), before)
     monkeypatch.setattr(weights_calibrate, "make", lambda kind, what: HalfRight())
     assert run(["weights", "calibrate", str(file), "--kitti", str(frames)]) == DONE
     card = read_card(file)
     assert card is not None
     assert card.beside["other"] == [1.0]
+    # Of 80 cars, the first 20 of 40 detections are cars, and 4 of 40 later ones: 7 recalls at a
+    # precision of 0.5 or less.
+    assert set(card.metrics) == {"Car_bev_ap11"}
+    assert 10 < card.metrics["Car_bev_ap11"] < 30
+    assert card.data["calibration"][0]["frames"] == FRAMES
     line = ScoreCalibration.of_card(card)
     assert line(np.array([0.1, 0.05])) == pytest.approx([0.5, 0.1], abs=0.03)
 

@@ -166,7 +166,7 @@ class _Run:
         self.task, self.configuration, self.folder = task, configuration, folder
         self.device = torch.device(machine.device)
         if self.device.type == "cuda":
-            # Sizes stay the same from step to step: the quickest of cuDNN's ways is looked for once.
+            # Sizes stay the same from step to step: cuDNN looks for its quickest way once.
             torch.backends.cudnn.benchmark = True
         self.epoch_steps = steps_of_epoch(task.samples, configuration.batch)
         self.steps = self.epoch_steps * configuration.epochs

@@ -37,8 +37,8 @@ class TrainingData:
     def description(self) -> dict[str, Any]:
         """JSON-able: how the data were made, and which frames they are."""
         return {
-            "training": [_described(source) for source in self.training],
-            "validation": [_described(source) for source in self.validation],
+            "training": [described(source) for source in self.training],
+            "validation": [described(source) for source in self.validation],
         }
 
 
@@ -92,7 +92,8 @@ def _frames(root: Path, split: str | None, needed: Sequence[str]) -> DataFrames:
     return DataFrames(data, ids)
 
 
-def _described(source: DataFrames) -> dict[str, Any]:
+def described(source: DataFrames) -> dict[str, Any]:
+    """JSON-able: how frames were made, how many there are, and a hash of their ids."""
     manifest = read_manifest(source.data.root) or {}
     listed = "\n".join(source.ids).encode()
     return {

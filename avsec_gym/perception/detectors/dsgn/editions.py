@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.detectors.dsgn.configuration import (
     FIRST_SMALL,
     DsgnConfiguration,
@@ -14,6 +15,8 @@ _EARLIER = {
     "small": FIRST_SMALL,
     "small_without_pyramid": without_pyramid(FIRST_SMALL),
 }
+_TRAINED = ("small", "medium")
+"""Presets that weights were trained for here."""
 
 
 def preset_of_weights(name: str, card: ModelCard | None) -> DsgnConfiguration:
@@ -24,16 +27,38 @@ def preset_of_weights(name: str, card: ModelCard | None) -> DsgnConfiguration:
         card: The card of the weights, which keeps their configuration; None: the preset as it is.
 
     Raises:
-        ConfigurationError: No preset has the name.
+        ConfigurationError: No preset has the name, or the weights are those of another preset: they
+            may fit, and answer wrongly.
     """
     preset = DsgnConfiguration.preset(name)
-    if card is None or name not in _EARLIER:
+    if card is None or _is_network(preset, card):
         return preset
-    earlier = _EARLIER[name]
-    # Weights fit with and without the pyramid.
+    if name in _EARLIER and _is_network(_EARLIER[name], card):
+        return _EARLIER[name]
+    others = [other for other in _TRAINED if _is_network(DsgnConfiguration.preset(other), card)]
+    if others:
+        raise ConfigurationError(
+            f"these weights of DSGN are those of the preset {others[0]!r}, not of {name!r}: name"
+            f' it, as in {{"name": "dsgn", "configuration": "{others[0]}", "weights": ...}}'
+        )
+    return preset
+
+
+def preset_name(card: ModelCard) -> str:
+    """The preset that weights were trained for; ``small`` where none is known to be theirs."""
+    fitting = (name for name in _TRAINED if _is_network(DsgnConfiguration.preset(name), card))
+    return next(fitting, "small")
+
+
+def _is_network(configuration: DsgnConfiguration, card: ModelCard) -> bool:
+    """Whether weights were trained for this network, however its boxes are chosen.
+
+    Weights fit with and without the pyramid.
+    """
     features = {
         **card.configuration.get("features", {}),
-        "pyramid": earlier.features.pyramid,
+        "pyramid": configuration.features.pyramid,
     }
     recorded = {**card.configuration, "features": features}
-    return earlier if is_recorded(earlier, recorded) else preset
+    recorded.pop("rule", None)
+    return is_recorded(configuration, recorded)

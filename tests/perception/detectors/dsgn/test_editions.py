@@ -7,13 +7,14 @@ from dataclasses import asdict, replace
 
 import pytest
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.detectors.dsgn.configuration import (
     FIRST_SMALL,
     DsgnConfiguration,
     without_pyramid,
 )
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
-from avsec_gym.perception.detectors.dsgn.editions import preset_of_weights
+from avsec_gym.perception.detectors.dsgn.editions import preset_name, preset_of_weights
 from avsec_gym.perception.weights.model_card import ModelCard
 
 
@@ -42,9 +43,19 @@ def test_others_get_the_preset(name: str) -> None:
     assert preset_of_weights(name, _card(wider)) == preset
 
 
-def test_the_weights_in_the_package_keep_working() -> None:
-    detector = DsgnDetector("small", weights="shipped")
+@pytest.mark.parametrize("name", ["small", "medium"])
+def test_the_weights_in_the_package_are_those_of_their_preset(name: str) -> None:
+    detector = DsgnDetector(name, weights="shipped")
     assert detector.card is not None
-    assert detector.configuration == preset_of_weights("small", detector.card)
+    assert detector.configuration == DsgnConfiguration.preset(name)
     assert detector.rule == detector.configuration.rule
-    assert DsgnDetector("small").configuration == DsgnConfiguration.preset("small")
+    assert preset_name(detector.card) == name
+
+
+def test_weights_of_another_preset_are_refused_though_they_fit() -> None:
+    card = _card(DsgnConfiguration.preset("medium"), "rule")
+    with pytest.raises(ConfigurationError, match="'medium', not of 'small'"):
+        preset_of_weights("small", card)
+    assert preset_of_weights("medium", card) == DsgnConfiguration.preset("medium")
+    # Features of PSMNet and the like are of no preset at all.
+    assert preset_name(ModelCard("dsgn", {"input_size": [1, 1]})) == "small"
