@@ -283,7 +283,14 @@ def _show(report: dict[str, Any]) -> None:
     if report["differences"]:
         console.print_table(
             "detections minus ground truth, percentage points, 95 % paired bootstrap intervals",
-            ["planner", "intention", "safe driving", "became unsafe", "became safe", "McNemar p"],
+            [
+                "planner",
+                "intention",
+                "safe driving",
+                "became unsafe",
+                "became safe",
+                "McNemar p, corrected",
+            ],
             [
                 [
                     row["planner"],
@@ -291,7 +298,7 @@ def _show(report: dict[str, Any]) -> None:
                     console.percent(row["safe_driving_rate"], row["safe_driving_rate_interval"]),
                     str(row["became_unsafe"]),
                     str(row["became_safe"]),
-                    "–" if row["mcnemar_p"] is None else f"{row['mcnemar_p']:.2g}",
+                    "–" if row["mcnemar_p_holm"] is None else f"{row['mcnemar_p_holm']:.2g}",
                 ]
                 for row in report["differences"]
             ],

@@ -12,7 +12,7 @@ from typing import Any
 
 from avsec_gym.attacks.object_injection import RandomGhosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.paired import paired_differences, with_corrected_p
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
@@ -81,4 +81,4 @@ def summary(drives: Sequence[AttackedDrive]) -> dict[str, Any]:
             row = {"planner": "astar", "intention": str(intention), "input": name}
             rates.append({**row, **SafetyRates.of(records).to_json()})
         differences.append({"intention": str(intention), **paired_differences(clean, attacked)})
-    return {"rates": rates, "differences": differences}
+    return {"rates": rates, "differences": with_corrected_p(differences)}

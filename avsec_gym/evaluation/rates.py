@@ -14,7 +14,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.kitti.detections import above, default_score_threshold
-from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.paired import paired_differences, with_corrected_p
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
@@ -153,7 +153,10 @@ class DrivingSafety:
         }
 
     def differences(self) -> list[dict[str, Any]]:
-        """Detections minus ground truth by planner and intention, and all intentions pooled."""
+        """Detections minus ground truth by planner and intention, and all intentions pooled.
+
+        Each with McNemar's p as it is, and corrected for all rows.
+        """
         rows: list[dict[str, Any]] = []
         pooled: dict[str, tuple[list[SafetyRecord], list[SafetyRecord]]] = {}
         for cell, records in self.records.items():
@@ -174,7 +177,7 @@ class DrivingSafety:
             rows.append(
                 {"planner": planner, "intention": "all", **paired_differences(first, second)}
             )
-        return rows
+        return with_corrected_p(rows)
 
 
 def driving_safety(

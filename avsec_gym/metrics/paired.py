@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.metrics.intervals import mcnemar_p
+from avsec_gym.metrics.many_comparisons import holm_adjusted
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRecord
 
 
@@ -65,6 +66,23 @@ def paired_differences(
     result["became_unsafe"], result["became_safe"] = lost, gained
     result["mcnemar_p"] = mcnemar_p(lost, gained) if len(by_scenario) == len(pairs) else None
     return result
+
+
+def with_corrected_p(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of a table of `paired_differences`, ``mcnemar_p_holm`` beside each ``mcnemar_p``.
+
+    Holm's correction for all rows that have one: where a table has many, some p-values are small by
+    chance.
+
+    Example:
+        >>> with_corrected_p([{"mcnemar_p": 0.02}, {"mcnemar_p": 0.5}, {"mcnemar_p": None}])[0]
+        {'mcnemar_p': 0.02, 'mcnemar_p_holm': 0.04}
+    """
+    known = [np.nan if row.get("mcnemar_p") is None else row["mcnemar_p"] for row in rows]
+    return [
+        {**row, "mcnemar_p_holm": _finite(float(p))}
+        for row, p in zip(rows, holm_adjusted(known), strict=True)
+    ]
 
 
 def _rate_differences(counts: np.ndarray) -> dict[str, np.ndarray]:

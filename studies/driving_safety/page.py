@@ -188,7 +188,8 @@ def _beside_truth(results: DrivingSafetyResults) -> list[str]:
     """Detections against the ground truth, scenario by scenario."""
     return [
         "Beside the ground truth, on the same scenarios (A* and GBFS; detections minus ground"
-        " truth in percentage points, 95 % paired bootstrap intervals):",
+        " truth in percentage points, 95 % paired bootstrap intervals; p: McNemar's test, after"
+        " Holm's correction for all rows):",
         "",
         *markdown_table(
             [
@@ -199,7 +200,7 @@ def _beside_truth(results: DrivingSafetyResults) -> list[str]:
                 "safe driving",
                 "became unsafe",
                 "became safe",
-                "McNemar p",
+                "McNemar p, corrected",
             ],
             [
                 [
@@ -207,7 +208,7 @@ def _beside_truth(results: DrivingSafetyResults) -> list[str]:
                     *_three(row),
                     str(row.became_unsafe),
                     str(row.became_safe),
-                    "–" if row.mcnemar_p is None else f"{row.mcnemar_p:.1e}",
+                    "–" if row.mcnemar_p_holm is None else f"{row.mcnemar_p_holm:.1e}",
                 ]
                 for row in results.differences
             ],

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from avsec_gym.metrics.paired import with_corrected_p
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 
@@ -93,7 +94,8 @@ class DifferenceRow:
         safe_driving: Difference of the safe driving rates.
         became_unsafe: Number of scenarios that are safe by the ground truth only.
         became_safe: Number of scenarios that are safe by the detections only.
-        mcnemar_p: McNemar's p for these two numbers; None: both are 0.
+        mcnemar_p_holm: McNemar's p for these two numbers after Holm's correction for all rows;
+            None: there is none.
     """
 
     planner: Algorithm
@@ -103,7 +105,7 @@ class DifferenceRow:
     safe_driving: Rate
     became_unsafe: int
     became_safe: int
-    mcnemar_p: float | None
+    mcnemar_p_holm: float | None
 
     @classmethod
     def of(cls, row: Json) -> DifferenceRow:
@@ -116,7 +118,7 @@ class DifferenceRow:
             safe_driving=Rate.of(row, "safe_driving_rate"),
             became_unsafe=row["became_unsafe"],
             became_safe=row["became_safe"],
-            mcnemar_p=row["mcnemar_p"],
+            mcnemar_p_holm=row["mcnemar_p_holm"],
         )
 
 
@@ -179,7 +181,7 @@ class DrivingSafetyResults:
             detections=rates("detections"),
             detections_motion_known=rates("detections_motion_known"),
             sweep=_grouped(results["sweep"], "score_threshold"),
-            differences=[DifferenceRow.of(row) for row in results["differences"]],
+            differences=[DifferenceRow.of(row) for row in with_corrected_p(results["differences"])],
             flips=[FlipsRow(**row) for row in results["flips"]],
             remarks=results["remarks"],
         )

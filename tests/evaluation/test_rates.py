@@ -126,8 +126,13 @@ def test_differences_follow_from_the_records(result: DrivingSafety) -> None:
     assert pooled["drives"] == 120
     lost = sum(a.safe and not b.safe for a, b in zip(truth, detections, strict=True))
     assert pooled["became_unsafe"] == lost == len(result.to_json()["flips"])
-    mean = np.mean([rows[name]["safe_driving_rate"] for name in ("left", "straight", "right")])
+    three = [rows[name] for name in ("left", "straight", "right")]
+    mean = np.mean([row["safe_driving_rate"] for row in three])
     assert pooled["safe_driving_rate"] == pytest.approx(mean)
+    # Holm's correction is for the three intentions; pooled drives of one scenario have no test.
+    assert pooled["mcnemar_p"] is pooled["mcnemar_p_holm"] is None
+    least = min(three, key=lambda row: row["mcnemar_p"])
+    assert least["mcnemar_p_holm"] == pytest.approx(min(3 * least["mcnemar_p"], 1.0))
 
 
 def test_the_report_is_json(result: DrivingSafety, scenes: SceneSet) -> None:
