@@ -46,11 +46,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """
     data, ids, truth = labelled_frames(options, NEEDED, _MAKE)
     found, result = {}, {}
-    for asked in map(named, options.detectors):
+    for text in options.detectors:
+        asked = named(text)
         name = _label(asked)
         weights = _weights(asked)
         found[name] = detected(asked, weights, data, ids, options.out, options.workers)
         result[name] = {
+            "asked": text,
             "weights": weights_facts(weights),
             "bar": BARS.get(name),
             "thesis": THESIS.get(name),

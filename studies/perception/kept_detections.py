@@ -119,6 +119,7 @@ def described(data: KittiObject, truth: Sequence[Boxes3D]) -> dict[str, Any]:
     return {
         "suite": settings.get("suite"),
         "seed": settings.get("seed"),
+        "assets": settings.get("assets"),
         "fingerprint": manifest.get("fingerprint"),
         "frames": len(truth),
         "objects": int((categories != DONT_CARE).sum()),

@@ -43,6 +43,11 @@ FILES = {
 }
 """What the page shows; only the first must be there."""
 
+_ASSETS = {
+    "all": "all designs",
+    "train": "the designs that networks are trained on",
+    "judge": "designs that no network was trained on",
+}
 _METRICS = {"2d": "in the image", "bev": "from above", "3d": "in space", "aos": "orientation"}
 _MODERATE = 1
 
@@ -104,14 +109,14 @@ def _head(scores: Mapping[str, Any]) -> list[str]:
     data, cars = scores["data"], scores["data"]["cars"]
     where, made = "labelled frames", []
     if data["suite"] is not None:
-        suite, seed = data["suite"], data["seed"]
+        suite, seed, assets = data["suite"], data["seed"], data.get("assets") or "all"
         where = (
-            f"frames of the procedural world (suite `{suite}`, seed {seed}, sources"
-            f" {data['fingerprint']})"
+            f"frames of the procedural world (suite `{suite}`, seed {seed}, {_ASSETS[assets]},"
+            f" sources {data['fingerprint']})"
         )
         made = [
-            f"avsec world make --suite {suite} --frames {data['frames']} --seed {seed} --no-lidar"
-            " --out HELD_OUT"
+            f"avsec world make --suite {suite} --frames {data['frames']} --seed {seed}"
+            f" --assets {assets} --no-lidar --out HELD_OUT"
         ]
     return [
         "# What the small detectors reach",
@@ -126,7 +131,7 @@ def _head(scores: Mapping[str, Any]) -> list[str]:
         "```",
         *made,
         "python -m studies.perception.detector_precision --kitti HELD_OUT"
-        f" --detectors {' '.join(scores['detectors'])}",
+        f" --detectors {' '.join(row['asked'] for row in scores['detectors'].values())}",
         "```",
     ]
 
