@@ -1,6 +1,8 @@
 """The command line: `avsec COMMAND`; `avsec COMMAND --help` states units and defaults.
 
-Exit codes: 0 done, 1 bad data, 2 bad usage, 3 done in part (something was skipped and reported).
+Exit codes: 0 done, 1 bad data, 2 bad usage, 3 done in part (something was skipped and reported);
+as a shell counts signals, 130 stopped by Ctrl-C, 129 and 143 by another signal, 141 where the
+reader of the output has left, as `head` does.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from avsec_gym import __version__, console
 from avsec_gym.commands.process import (
     Terminated,
     end_when_asked,
+    output_is_cut_off,
     settle_output,
     stand_in_for_closed_streams,
     write_any_text,
@@ -125,10 +128,32 @@ def run(arguments: Sequence[str]) -> int:
     """
     logging.basicConfig(format="avsec: %(message)s", level=logging.WARNING)
     try:
+        return _run_and_explain(arguments)
+    except BrokenPipeError:
+        # The reader has left, perhaps while an error was being explained: an end without a word.
+        settle_output()
+        return console.CUT_OFF
+
+
+def every_command() -> dict[str, Any]:
+    """The class of each command by its words, such as ``world make``: imports them all."""
+    every: dict[str, Any] = {}
+    for name, found in COMMANDS.items():
+        there = {name: found} if isinstance(found, str) else _in_full(name, found)
+        every |= {words: _class(place) for words, place in there.items()}
+    return every
+
+
+def _run_and_explain(arguments: Sequence[str]) -> int:
+    """Run a command; where it cannot be done, write why.
+
+    Raises:
+        BrokenPipeError: The reader of the output has left.
+    """
+    try:
         code = _run(arguments)
         # What a full disk or a closed pipe does to buffered output shows only here.
-        if (error := settle_output()) is not None:
-            raise error
+        sys.stdout.flush()
         return code
     except ConfigurationError as error:
         console.complain(error)
@@ -136,10 +161,9 @@ def run(arguments: Sequence[str]) -> int:
     except AvsecError as error:
         console.complain(error)
         return console.BAD_DATA
-    except BrokenPipeError:
-        settle_output()
-        return console.DONE
     except OSError as error:
+        if isinstance(error, BrokenPipeError) and output_is_cut_off():
+            raise
         settle_output()
         # Places that cannot be read or written; the message of the system names them.
         console.say(f"avsec: {error}. Check the path, its permissions and the free space.")
@@ -150,15 +174,6 @@ def run(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         console.say("avsec: stopped")
         return 130
-
-
-def every_command() -> dict[str, Any]:
-    """The class of each command by its words, such as ``world make``: imports them all."""
-    every: dict[str, Any] = {}
-    for name, found in COMMANDS.items():
-        there = {name: found} if isinstance(found, str) else _in_full(name, found)
-        every |= {words: _class(place) for words, place in there.items()}
-    return every
 
 
 def _run(arguments: Sequence[str]) -> int:
@@ -187,7 +202,11 @@ def _run(arguments: Sequence[str]) -> int:
     # Imported here: tyro takes its time, and the overview needs none of it.
     from avsec_gym.commands.arguments import parse
 
-    code: int = parse(_class(found), words, program).run()
+    try:
+        command = parse(_class(found), words, program)
+    except SystemExit as end:  # The help was asked for, or tyro has refused a word.
+        return int(end.code or 0)
+    code: int = command.run()
     return code
 
 

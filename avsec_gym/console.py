@@ -15,6 +15,8 @@ from avsec_gym.json_schemas import with_schema
 
 DONE, BAD_DATA, BAD_USAGE, DONE_IN_PART = 0, 1, 2, 3
 """Exit codes."""
+CUT_OFF = 141
+"""The exit code where the reader of the output has left: what a shell shows of SIGPIPE."""
 
 
 def print_json(schema: str, value: Mapping[str, Any]) -> None:
@@ -78,7 +80,6 @@ class ProgressDisplay:
                 say(f"{self._what}: {done} of {total}, about {left:.0f} s left")
             return
         if self._bar is None:
-            from rich.console import Console
             from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
             from rich.progress import Progress as Bar
 
@@ -87,7 +88,7 @@ class ProgressDisplay:
                 BarColumn(),
                 MofNCompleteColumn(),
                 TimeRemainingColumn(),
-                console=Console(stderr=True),
+                console=_rich_console(stderr=True),
                 transient=True,
             )
             self._bar.start()
@@ -112,7 +113,6 @@ def progress(what: str) -> Iterator[ProgressDisplay]:
 
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     """A table for people, on standard output; names left, numbers right."""
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
@@ -124,7 +124,7 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     for row in rows:
         table.add_row(*map(escape, row))
     width = None if sys.stdout.isatty() else 140
-    console = Console(width=width)
+    console = _rich_console(width=width)
     console.print(escape(title), style="bold", highlight=False)
     if rows:
         console.print(table)
@@ -136,3 +136,14 @@ def percent(rate: float | None, interval: list[float] | None = None) -> str:
         return "–"
     text = f"{100 * rate:.1f}"
     return text if interval is None else f"{text} ({100 * interval[0]:.1f}–{100 * interval[1]:.1f})"
+
+
+def _rich_console(**settings: Any) -> Any:
+    """A console of rich's that leaves a broken pipe to the command line, as all other output."""
+    from rich.console import Console
+
+    class CutOffConsole(Console):
+        def on_broken_pipe(self) -> None:
+            raise  # What rich is handling; its own exit code would be 1, that of bad data.
+
+    return CutOffConsole(**settings)

@@ -8,8 +8,10 @@ from __future__ import annotations
 import codecs
 import io
 import os
+import select
 import signal
 import sys
+from contextlib import suppress
 from types import FrameType
 
 _PLAIN = "avsec_gym.plain"
@@ -56,20 +58,34 @@ def stand_in_for_closed_streams() -> None:
             setattr(sys, name, stream)
 
 
-def settle_output() -> OSError | None:
-    """Write what standard output still holds; None, or the error if that cannot be written.
+def settle_output() -> None:
+    """Write what the output streams still hold, or give it up where that cannot be done.
 
-    Then the rest is given up: else Python tries again when it leaves, and reports it in words of
-    its own.
+    Else Python tries again when it leaves, and reports it in words of its own.
     """
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        handle = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(handle, sys.stdout.fileno())
-        os.close(handle)
-        return error
-    return None
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            handle = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(handle, stream.fileno())
+            os.close(handle)
+
+
+def output_is_cut_off() -> bool:
+    """Whether the reader of standard output, or of standard error, has left, as `head` does.
+
+    A `BrokenPipeError` alone is no sign of it: other pipes break, too, as that of a worker does
+    which has died.
+    """
+    if not hasattr(select, "poll"):  # Windows
+        return True
+    streams = select.poll()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):  # What stands in for a stream, as in a notebook, has no number.
+            streams.register(stream.fileno(), 0)
+    gone = select.POLLERR | select.POLLHUP
+    return any(events & gone for _, events in streams.poll(0))
 
 
 def write_any_text() -> None:
