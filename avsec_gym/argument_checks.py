@@ -23,6 +23,8 @@ LARGEST_SEED = 2**63 - 1
 _LONGEST = 100
 """Letters of a wrong value that a message shows, and of a name that is given to something."""
 _MOST_CAMERAS = 100
+_MOST_THREADS = 1024
+_MOST_RESAMPLES = 100_000
 _Kind = TypeVar("_Kind")
 
 
@@ -143,6 +145,26 @@ def camera_number(name: str, value: Any) -> int:
         value: What the user gave.
     """
     return whole_number(name, value, 0, _MOST_CAMERAS)
+
+
+def thread_number(name: str, value: Any) -> int:
+    """How many threads, 1 to 1,024: more end the process; errors as of `whole_number`.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+    """
+    return whole_number(name, value, 1, _MOST_THREADS)
+
+
+def resample_number(name: str, value: Any) -> int:
+    """How many bootstrap samples, 0 to 100,000, which memory holds; errors as of `whole_number`.
+
+    Args:
+        name: What the user calls the argument.
+        value: What the user gave.
+    """
+    return whole_number(name, value, 0, _MOST_RESAMPLES)
 
 
 def seed_number(name: str, value: Any) -> int:

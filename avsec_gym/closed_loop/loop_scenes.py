@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.closed_loop.recorded.sources import EVERY, KITTI_RAW, KITTI_TRACKING
 from avsec_gym.closed_loop.traffic_scene import (
     TrafficScene,
@@ -23,6 +24,7 @@ from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import LAYOUTS, scene_set
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
+from avsec_gym.world.layouts import MOST_LAYOUTS
 
 DRIVES = "drives"
 """Names procedural drives on the world's own road."""
@@ -132,7 +134,8 @@ def loop_scenes(
         from avsec_gym.closed_loop.procedural_drives import procedural_drive
 
         prefix = "drive" if seed == 0 else f"drive-s{seed}"
-        ids = tuple(f"{prefix}-{i:06d}" for i in range(_DRIVES_COUNT if count is None else count))
+        drives = _DRIVES_COUNT if count is None else whole_number("count", count, 1, MOST_LAYOUTS)
+        ids = tuple(f"{prefix}-{i:06d}" for i in range(drives))
         return LoopScenes(
             ids, lambda id: procedural_drive(seed, int(id.rpartition("-")[2]), people=people)
         )

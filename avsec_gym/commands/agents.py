@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from avsec_gym import console
+from avsec_gym.argument_checks import thread_number, whole_number
 from avsec_gym.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from avsec_gym.agents.agent_folder import AgentCard
     from avsec_gym.agents.comparison import Comparison
+
+_MOST_EPISODES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -74,11 +77,11 @@ class AgentsTrain:
             ("steps", self.steps is None or self.steps >= 1),
             ("minutes", self.minutes is None or self.minutes > 0),
             ("seed", 0 <= self.seed < 2**31),
-            ("episodes", self.episodes >= 0),
-            ("threads", self.threads >= 1),
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        whole_number("--episodes", self.episodes, 0, _MOST_EPISODES)
+        thread_number("--threads", self.threads)
 
 
 @dataclass(frozen=True)
@@ -108,12 +111,12 @@ class AgentsEvaluate:
         from avsec_gym.agents.comparison import compare
 
         for name, good in (
-            ("episodes", self.episodes >= 1),
             ("queries", self.queries is None or self.queries >= 1),
             ("seed", 0 <= self.seed < 2**31),
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        whole_number("--episodes", self.episodes, 1, _MOST_EPISODES)
         agents = [load_agent(place) for place in self.agents]
         with console.progress("searching baselines and playing") as shown:
             found = compare(agents, self.episodes, self.seed, self.queries, shown)

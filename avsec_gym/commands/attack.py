@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from avsec_gym import console
+from avsec_gym.argument_checks import thread_number, whole_number
 from avsec_gym.attacks.patch_configuration import PatchTraining
-from avsec_gym.errors import ConfigurationError
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,10 @@ class AttackPatch:
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.registry import make
 
-        for name in ("limit", "threads"):
-            value = getattr(self, name)
-            if value is not None and value < 1:
-                raise ConfigurationError(f"--{name} is 1 or more, got {value}")
+        if self.limit is not None:
+            whole_number("--limit", self.limit, 1)
         if self.threads is not None:
-            torch.set_num_threads(self.threads)
+            torch.set_num_threads(thread_number("--threads", self.threads))
         scenes = KittiScenes.of_split(
             KittiObject(self.kitti), None if self.split == "all" else self.split, self.limit
         )

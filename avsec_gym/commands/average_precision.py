@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym import console
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.argument_checks import resample_number, seed_number, whole_number
+from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
 
 if TYPE_CHECKING:
@@ -55,10 +56,10 @@ class ScoreDetections:
         from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
         from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
 
-        for name, least in (("limit", 1), ("resamples", 0), ("seed", 0)):
-            value = getattr(self, name)
-            if value is not None and value < least:
-                raise ConfigurationError(f"--{name} is {least} or more, got {value}")
+        if self.limit is not None:
+            whole_number("--limit", self.limit, 1)
+        resample_number("--resamples", self.resamples)
+        seed_number("--seed", self.seed)
         for path in (self.figure, self.out):
             if path is not None and path.exists():
                 raise DataError(

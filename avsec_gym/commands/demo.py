@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avsec_gym import console
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.commands.report import Report
 from avsec_gym.commands.run import Run
-from avsec_gym.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from avsec_gym.experiments.demo import DemoRow
@@ -46,9 +46,9 @@ class Demo:
         from avsec_gym.experiments.json_rows import as_json
         from avsec_gym.experiments.procedural_frames import PROCEDURAL
         from avsec_gym.runs.run_folder import RunFolder
+        from avsec_gym.world.export.suites import MOST_FRAMES
 
-        if self.scenarios < 1:
-            raise ConfigurationError(f"--scenarios is 1 or more, got {self.scenarios}")
+        whole_number("--scenarios", self.scenarios, 1, MOST_FRAMES)
         ran = Run(
             (_NAME,), PROCEDURAL, self.scenarios, self.seed, out=self.out, workers=self.workers
         ).run()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from avsec_gym import console
+from avsec_gym.argument_checks import resample_number, seed_number, whole_number
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.storage.regular_files import is_folder
@@ -55,10 +56,10 @@ class ScoreDisparities:
         """Do it; the exit code."""
         from avsec_gym.metrics.disparity_errors import disparity_errors, error_rates
 
-        for name, least in (("limit", 1), ("resamples", 0), ("seed", 0)):
-            value = getattr(self, name)
-            if value is not None and value < least:
-                raise ConfigurationError(f"--{name} is {least} or more, got {value}")
+        if self.limit is not None:
+            whole_number("--limit", self.limit, 1)
+        resample_number("--resamples", self.resamples)
+        seed_number("--seed", self.seed)
         finders = self._finders()
         data = _pairs(self.kitti, self.truth)
         ids = data.ids[: self.limit]

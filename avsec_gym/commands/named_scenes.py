@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.scenario.scene_set import SceneSet
 
 
@@ -17,15 +18,25 @@ def named_scenes(
             ``layouts`` where there is none.
         kitti: Root of the KITTI object data.
         seed: Seed of speeds and layouts.
-        count: Number of scenes, the first ones; None: all (200 layouts).
+        count: Number of scenes, the first ones, 1 or more; None: all (200 layouts).
 
     Raises:
-        ConfigurationError: The name is mistyped, or a list of ids lacks its KITTI root.
+        ConfigurationError: The name is mistyped, a list of ids lacks its KITTI root, or more
+            layouts are asked for than `MOST_LAYOUTS`.
         DataError: A folder or file is missing or broken.
     """
     from avsec_gym.kitti.dataset import KittiObject
-    from avsec_gym.scenario.scene_sets import KITTI_CONTESTED, LAYOUTS, kitti_scenes, scene_set
+    from avsec_gym.scenario.scene_sets import (
+        KITTI_CONTESTED,
+        LAYOUTS,
+        MIXED_CONTESTED,
+        kitti_scenes,
+        scene_set,
+    )
+    from avsec_gym.world.layouts import MOST_LAYOUTS
 
+    if count is not None and (scenarios in (LAYOUTS, MIXED_CONTESTED) or not (scenarios or kitti)):
+        whole_number("--limit", count, 1, MOST_LAYOUTS)
     if scenarios is not None:
         if kitti is not None and scenarios != KITTI_CONTESTED:
             KittiObject(kitti)  # Refuses a folder of another layout.

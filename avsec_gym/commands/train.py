@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from avsec_gym import console
+from avsec_gym.argument_checks import thread_number
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.training.configuration import (
@@ -94,9 +95,7 @@ class Train:
         from avsec_gym.perception.training.trainer import train
 
         if self.threads is not None:
-            if self.threads < 1:
-                raise ConfigurationError(f"--threads is 1 or more, got {self.threads}")
-            torch.set_num_threads(self.threads)
+            torch.set_num_threads(thread_number("--threads", self.threads))
         if self.machine.device.startswith("cuda") and not torch.cuda.is_available():
             raise ConfigurationError("--device cuda: torch sees no GPU here")
         with console.progress("preparing") as shown:

@@ -28,8 +28,6 @@ _MEANT = {
     ),
 }
 """Options that belong to some suites only; all others have `--previous`."""
-_MOST_FRAMES = 1_000_000
-"""KITTI's ids of single frames have six digits."""
 
 
 @dataclass(frozen=True)
@@ -91,11 +89,6 @@ class WorldMake:
         from avsec_gym.world.assets import Assets
         from avsec_gym.world.export import Connection, Sensors, Sweep, suite_recipe
 
-        if self.frames > _MOST_FRAMES:
-            raise ConfigurationError(
-                f"--frames is {_MOST_FRAMES:,} at most, since ids have six digits, got "
-                f"{self.frames:,}"
-            )
         rig = camera_rig(self.rig) if self.rig else kitti_rig()
         if self.width is not None:
             rig = resized_rig(rig, self.width)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from avsec_gym import console
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
@@ -16,6 +17,11 @@ if TYPE_CHECKING:
     from avsec_gym.frame import Image, SensorFrame
     from avsec_gym.kitti.dataset import KittiObject
     from avsec_gym.kitti.raw import Drive
+
+_MOST_FRAMES, _MOST_COLUMNS, _WIDEST = 1000, 100, 2000
+"""Of one sheet: frames, frames in a row, and pixels of a frame."""
+_LONGEST_SIDE = 65_500
+"""Pixels that JPEG takes."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,7 @@ class WorldSheet:
     out: Path = Path("out/world_sheet.jpg")
     """Picture file, .png or .jpg."""
     frames: int = 24
-    """How many, evenly spread over the data set."""
+    """How many, 1000 at most, evenly spread over the data set."""
     columns: int = 4
     """Frames in a row."""
     camera: int = 2
@@ -39,8 +45,9 @@ class WorldSheet:
         """Do it; the exit code."""
         from avsec_gym.drawing.frame_picture import contact_sheet
 
-        if min(self.frames, self.columns) < 1 or self.width < 16:
-            raise ConfigurationError("--frames and --columns are 1 or more, --width 16 or more")
+        whole_number("--frames", self.frames, 1, _MOST_FRAMES)
+        whole_number("--columns", self.columns, 1, _MOST_COLUMNS)
+        whole_number("--width", self.width, 16, _WIDEST)
         data = _open(self.root)
         names = _names(data, f"image_{self.camera}")
         count = min(self.frames, len(names))
@@ -168,6 +175,11 @@ def _write(path: Path, picture: Image) -> None:
 
     if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
         raise ConfigurationError(f"--out ends in .png, .jpg or, of one frame, .rrd; got {path}")
+    if max(picture.shape) > _LONGEST_SIDE:
+        raise ConfigurationError(
+            f"a picture's sides have {_LONGEST_SIDE:,} pixels at most, this one's "
+            f"{picture.shape[1]:,} x {picture.shape[0]:,}: take fewer --frames, or less --width"
+        )
     _, content = cv2.imencode(path.suffix, picture[..., ::-1])
     write_bytes(path, content.tobytes(), overwrite=True)
     console.say(f"{path}: {picture.shape[1]} x {picture.shape[0]} pixels")

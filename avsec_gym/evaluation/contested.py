@@ -14,6 +14,7 @@ from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.pipeline import run_episode
@@ -25,7 +26,7 @@ from avsec_gym.scenario.scene_sets import scene_of_layout
 from avsec_gym.world.export.data_set import Progress
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.suites import LayoutFrames
-from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.layouts import MOST_LAYOUTS, generate_layout
 
 LAYOUTS, FRAMES = 100, 48
 """Scenes of the procedural set, without images and with them."""
@@ -80,10 +81,13 @@ def contested_layouts(scenes: int | None = None, *, seed: int = 0) -> SceneSet:
     """The set ``mixed_contested`` without images: the first procedural scenes that are contested.
 
     Args:
-        scenes: Number of scenes; None: `LAYOUTS`.
+        scenes: Number of scenes, 1 to `MOST_LAYOUTS`; None: `LAYOUTS`.
         seed: Seed of the set of layouts.
+
+    Raises:
+        ConfigurationError: Another number of scenes.
     """
-    wanted = LAYOUTS if scenes is None else scenes
+    wanted = whole_number("scenes", LAYOUTS if scenes is None else scenes, 1, MOST_LAYOUTS)
     numbers = tuple(islice(_numbers(seed), wanted))
     every = tuple(scene_of_layout(generate_layout(n, set_seed=seed), seed) for n in numbers)
     return replace(contested(SceneSet("", every)), name="mixed_contested")
@@ -100,7 +104,11 @@ def contested_frames(
         frames: Number of frames.
         seed: Seed of the set of layouts; those that the package's networks know are below 1000.
         on_progress: Function of the progress, as of `make_data_set`; None: it is logged.
+
+    Raises:
+        ConfigurationError: A number of frames that is not from 1 to `MOST_LAYOUTS`.
     """
+    whole_number("frames", frames, 1, MOST_LAYOUTS)
     numbers = tuple(islice(_numbers(seed), frames))
     recipe = ContestedFrames("mixed", frames, seed, numbers=numbers)
     return cached(f"contested-{seed}-{frames}", recipe, on_progress=on_progress)

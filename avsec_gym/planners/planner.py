@@ -228,11 +228,16 @@ class MotionPrimitivePlanner:
     def _search(
         self, problem: Problem, parts: tuple[Any, ...], world: CollisionWorld, begun: float
     ) -> tuple[int, Floats, SearchState]:
-        """Search in slices of about a millisecond, looking at the clock in between."""
+        """Search in slices of about a millisecond, looking at the clock in between.
+
+        The last slice is as long as the time that is left.
+        """
         state = _empty_memory(problem.reference)
-        nodes, paused = _FIRST_SLICE, begun
+        nodes, pace, paused = _FIRST_SLICE, _FIRST_SLICE / _SLICE, time.perf_counter()
         while True:
-            budget = min(nodes, self.node_limit - int(state.counters[EXPANDED]))
+            left = self.node_limit - int(state.counters[EXPANDED])
+            left_in_time = max(1.0, pace * (begun + self.time_limit - paused))
+            budget = int(min(nodes, left, left_in_time))
             outcome, trajectory = advance(parts, tuple(world), tuple(state), budget)
             if outcome in (FOUND, EXHAUSTED):
                 return outcome, trajectory, state
@@ -242,7 +247,8 @@ class MotionPrimitivePlanner:
             if outcome == FULL:
                 state = _more_memory(state, problem.primitives.end_class)
             else:
-                nodes = min(2 * nodes, max(1, int(nodes * _SLICE / (now - paused))))
+                pace = budget / (now - paused)
+                nodes = min(2 * nodes, max(1, int(pace * _SLICE)))
             paused = time.perf_counter()
 
 

@@ -12,6 +12,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.argument_checks import thread_number
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.runs.cell_worker import Failed
@@ -237,8 +238,8 @@ def _check_arguments(
     least = 1 if backend == Backend.RAY else 0
     if workers is not None and workers < least:
         raise ConfigurationError(f"--workers is {least} or more, got {workers}")
-    if threads is not None and threads < 1:
-        raise ConfigurationError(f"--threads is 1 or more, got {threads}")
+    if threads is not None:
+        thread_number("--threads", threads)
 
 
 def _cores() -> int:

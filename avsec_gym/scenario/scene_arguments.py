@@ -10,9 +10,7 @@ from typing import Any
 from avsec_gym.argument_checks import flag, number, shown, whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
-
-MOST_SCENES = 100_000
-"""Procedural layouts of so many scenes take some minutes."""
+from avsec_gym.world.layouts import MOST_LAYOUTS
 
 
 def scene_arguments(what: Any, function: Callable[..., Any]) -> dict[str, Any]:
@@ -50,7 +48,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
     if value is None and parameter.default is None:
         return None
     if name == "count":
-        return whole_number(name, value, 1, MOST_SCENES)
+        return whole_number(name, value, 1, MOST_LAYOUTS)
     if name == "seed":
         return whole_number(name, value, 0)
     if name == "every":

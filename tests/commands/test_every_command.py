@@ -309,3 +309,74 @@ def test_a_place_that_is_not_there_has_one_exit_code(
     assert "nothing_here" in line
     # What is wrong with a path is its first fault: not what lacks beside it or in it.
     assert re.search(r"There (is no (such (file|folder)|run here)|are no weights here)", line)
+
+
+ABSURD = 10**12
+REFUSED = {
+    "demo --scenarios": "",
+    "evaluate --limit": "--scenarios layouts",
+    "ap --resamples": "--kitti {missing} --detections {missing}",
+    "disparity --resamples": "--kitti {missing}",
+    "attack patch --threads": "--kitti {missing} --detector oracle --out {missing}",
+    "run --threads": "unattacked --scenarios {missing} --out {missing}",
+    "drive --limit": "--out {missing}",
+    "world make --frames": "--suite mixed --out {missing}",
+    "world make --width": "--suite mixed --out {missing}",
+    "world make --previous": "--suite mixed --out {missing}",
+    "world make --drive-frames": "--suite raw --out {missing}",
+    "world make --vehicles": "--suite connected --out {missing}",
+    "world make --cameras": "--suite mixed --out {missing}",
+    "world sheet --frames": "{missing}",
+    "world sheet --columns": "{missing}",
+    "world sheet --width": "{missing}",
+    "train --threads": "pixor --data {missing} --out {missing}",
+    "agents train --seed": "GhostObject-v1 --out {missing}",
+    "agents train --episodes": "GhostObject-v1 --out {missing}",
+    "agents train --threads": "GhostObject-v1 --out {missing}",
+    "agents evaluate --seed": "{missing}",
+    "agents evaluate --episodes": "{missing}",
+}
+"""By command and option whose number has a greatest one, what else makes a whole command."""
+BOUNDED = {
+    "limit": "there are no more frames than the data has",
+    "pictures": "there are no more frames than the data has",
+    "looked_at": "there are no more frames than the data has",
+    "seed": "any seed is as good",
+    "workers": "no more are begun than there is work",
+    "jobs": "no more are begun than there is work",
+    "camera": "no data has such a camera",
+    "cameras": "no data has such a camera",
+    "sweep": "there are no more thresholds than scores",
+    "steps": "trainings are stopped, and go on",
+    "queries": "searches are shown with their remaining time",
+    "node_limit": "--time-limit ends a search",
+}
+"""Numbers that need no greatest one, and why."""
+
+
+def test_every_number_has_a_greatest_one_or_needs_none() -> None:
+    numbers = {
+        f"{name} --{field.name.replace('_', '-')}": field.name
+        for name, command in EVERY.items()
+        for field in fields(command)
+        if re.search(r"\bint\b", str(get_type_hints(command)[field.name]))
+    }
+    assert not set(REFUSED) - set(numbers)
+    assert {number for number, field in numbers.items() if field not in BOUNDED} <= set(REFUSED)
+
+
+@pytest.mark.parametrize("option", REFUSED)
+def test_an_absurd_number_is_refused_at_once(
+    option: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Before anything is read: neither memory nor time is spent on it."""
+    monkeypatch.chdir(tmp_path)
+    command, _, flag = option.rpartition(" ")
+    words = REFUSED[option].format(missing="nothing_here").split()
+    assert ends([*command.split(), *words, flag, str(ABSURD)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("avsec: ")
+    assert list(tmp_path.iterdir()) == []

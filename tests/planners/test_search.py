@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ import shapely
 from avsec_gym.planners.plan import Reason, Status
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
+from avsec_gym.planners.search import advance
+from avsec_gym.planners.search_state import EXPANDED, SearchState
 from avsec_gym.scenario.planning_scenario import (
     EgoState,
     Goal,
@@ -372,6 +375,29 @@ def test_the_clock_is_looked_at_every_millisecond_or_so(monkeypatch: pytest.Monk
     plan = planner.plan(endless())
     assert clock.looks < 12
     assert 0 < plan.expanded < 1000
+
+
+def test_a_search_ends_when_its_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node takes ten microseconds of this clock, all else nothing: the last slice is cut."""
+    MotionPrimitivePlanner("gbfs", "reference").plan(endless())  # Loads the kernels.
+    clock = Clock(0.0)
+
+    def timed(parts: Any, world: Any, state: Any, budget: int) -> Any:
+        before = int(SearchState(*state).counters[EXPANDED])
+        found = advance(parts, world, state, budget)
+        clock.now += 1e-5 * (int(SearchState(*state).counters[EXPANDED]) - before)
+        return found
+
+    monkeypatch.setattr("avsec_gym.planners.planner.time", clock)
+    monkeypatch.setattr("avsec_gym.planners.planner.advance", timed)
+    for limit in (0.0104, 0.0109, 0.0505):
+        clock.looks = 0
+        plan = MotionPrimitivePlanner("gbfs", "reference", node_limit=10**8, time_limit=limit).plan(
+            endless()
+        )
+        assert plan.status == Status.LIMIT
+        assert limit - 1e-9 <= plan.seconds < limit + 2.1e-5
+        assert clock.looks < 2e3 * limit + 12, "before and after every millisecond, not every node"
 
 
 def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

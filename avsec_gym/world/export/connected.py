@@ -8,21 +8,24 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.actors import Integers
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Sweep, render
-from avsec_gym.world.drives import drive_scenes
+from avsec_gym.world.drives import MOST_DRIVE_FRAMES, drive_scenes
 from avsec_gym.world.export.connected_world import ConnectedWorld, write_meetings
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.instants import instant_of, write_instant
 from avsec_gym.world.export.measured_poses import clock_offsets, measured_pose, pose_errors
-from avsec_gym.world.export.recipe import Sensors, whole_number
+from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.motion import later, motion_of
 from avsec_gym.world.traffic.egos import EGO_SPACING
 
+MOST_VEHICLES = 100
+"""At one instant."""
 _LONGEST_APART = 0.1
 """Seconds between two vehicles' triggers: a sensor's period."""
 
@@ -73,14 +76,14 @@ class ConnectedVehicles:
         count: Number of instants.
         seed: Seed of the set.
         sensors: The sensors of every vehicle.
-        vehicles: Number of vehicles, 2 or more.
+        vehicles: Number of vehicles, 2 to `MOST_VEHICLES`.
         drive_frames: Number of successive instants, 0.1 s apart, at each place; with 1, each
             instant has a place of its own.
         connection: How the vehicles stand to one another, and what they know of it.
         assets: The part of the assets that all places and actors are made of.
 
     Raises:
-        ConfigurationError: Fewer vehicles, or no instants at a place.
+        ConfigurationError: Another number of vehicles, or of instants at a place.
     """
 
     count: int
@@ -92,8 +95,8 @@ class ConnectedVehicles:
     assets: Assets = Assets.ALL
 
     def __post_init__(self) -> None:
-        whole_number("the number of connected vehicles", self.vehicles, 2)
-        whole_number("the number of frames of a drive", self.drive_frames, 1)
+        whole_number("vehicles", self.vehicles, 2, MOST_VEHICLES)
+        whole_number("drive_frames", self.drive_frames, 1, MOST_DRIVE_FRAMES)
 
     @property
     def settings(self) -> dict[str, Any]:

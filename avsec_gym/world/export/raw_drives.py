@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import read_labels, write_labels
@@ -18,9 +19,9 @@ from avsec_gym.kitti.timestamps import write_timestamps
 from avsec_gym.kitti.writing import write_drive_records, write_raw_frame
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Sweep, render
-from avsec_gym.world.drives import STEP, DriveScenes, drive_scenes
+from avsec_gym.world.drives import MOST_DRIVE_FRAMES, STEP, DriveScenes, drive_scenes
 from avsec_gym.world.export.frame_files import label_lines, write_truth
-from avsec_gym.world.export.recipe import Sensors, whole_number
+from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.export.scene_file import actors_of, read_scene_file
 from avsec_gym.world.export.tracks import Sighting, tracklets_of
 
@@ -40,11 +41,11 @@ class RawDrives:
         count: Number of frames; the last drive has what is left.
         seed: Seed of the set.
         sensors: The sensors that are written.
-        drive_frames: Number of frames of each drive.
+        drive_frames: Number of frames of each drive, 1 to `MOST_DRIVE_FRAMES`.
         assets: The part of the assets that all places and actors are made of.
 
     Raises:
-        ConfigurationError: No frames in a drive, or a rig without inertial unit.
+        ConfigurationError: Another number of frames in a drive, or a rig without inertial unit.
     """
 
     count: int
@@ -55,7 +56,7 @@ class RawDrives:
     last_files: str = field(default=f"{DATE}/*/label_02/data/*.txt", init=False)
 
     def __post_init__(self) -> None:
-        whole_number("the number of frames of a drive", self.drive_frames, 1)
+        whole_number("drive_frames", self.drive_frames, 1, MOST_DRIVE_FRAMES)
         _ = self.sensors.rig.imu_pose  # Refuses a rig without.
 
     @property

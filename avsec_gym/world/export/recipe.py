@@ -99,14 +99,3 @@ class Recipe(Protocol):
 
     def finish(self, root: Path) -> None:
         """Write what belongs to the data set as a whole, from the frames that are there."""
-
-
-def whole_number(name: str, value: int, least: int) -> int:
-    """The value itself.
-
-    Raises:
-        ConfigurationError: It is less.
-    """
-    if value < least:
-        raise ConfigurationError(f"{name} is {least} or more, got {value}")
-    return value

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.road_type import RoadType
@@ -16,7 +17,7 @@ from avsec_gym.world.earlier import earlier, plausible_ego_speed
 from avsec_gym.world.export.connected import ConnectedVehicles, Connection
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.raw_drives import RawDrives
-from avsec_gym.world.export.recipe import Recipe, Sensors, whole_number
+from avsec_gym.world.export.recipe import Recipe, Sensors
 from avsec_gym.world.export.scene_file import read_scene_file
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.motion import with_ego_speed
@@ -24,6 +25,8 @@ from avsec_gym.world.posed_scenes import posed_scene_of_layout
 
 SUITES = ("street", "highway", "mixed", "connected", "raw")
 """Names of the suites."""
+MOST_FRAMES = 1_000_000
+"""Of a suite: KITTI's ids of single frames have six digits."""
 
 _AGAIN = "Remove the label file of its frame and run the command again: the frame is made anew."
 _VALIDATION = 4
@@ -49,7 +52,7 @@ def suite_recipe(
 
     Args:
         suite: Name of the suite, one of `SUITES`.
-        frames: Number of frames; of instants where several vehicles look.
+        frames: Number of frames, 1 to `MOST_FRAMES`; of instants where several vehicles look.
         seed: Seed of the set.
         sensors: The sensors that are written; KITTI's if None.
         previous: Number of earlier frames before each frame (street, highway, mixed).
@@ -64,8 +67,8 @@ def suite_recipe(
         ConfigurationError: An unknown suite, or a number that cannot be.
     """
     sensors = sensors or Sensors()
-    whole_number("the number of frames", frames, 1)
-    whole_number("the seed", seed, 0)
+    whole_number("frames", frames, 1, MOST_FRAMES)
+    whole_number("seed", seed, 0)
     if suite == "raw":
         each = 50 if drive_frames is None else drive_frames
         return RawDrives(frames, seed, sensors, each, assets)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, ego_to_camera
@@ -27,6 +28,8 @@ from avsec_gym.world.layouts.view import (
     without_overlaps,
 )
 
+MOST_LAYOUTS = 100_000
+"""Of a set that is made at once: these take some minutes and 400 MB."""
 HIGHWAY_SHARE = 168 / 600
 """Of the layouts whose road type is left open, as in the labelled driving-safety scenarios."""
 
@@ -91,15 +94,14 @@ def generate_layouts(
     """Make the first layouts of a set.
 
     Args:
-        count: Number of layouts; layout i does not depend on it.
+        count: Number of layouts, 0 to `MOST_LAYOUTS`; layout i does not depend on it.
         seed: Seed of the set, 0 or more.  In set 0, layout i is ``generate_layout(i)``.
         road_type: STREET, HIGHWAY, or None for the mix of the labelled scenarios.
 
     Raises:
-        ConfigurationError: A negative count or seed.
+        ConfigurationError: A negative seed, or another count.
     """
-    if count < 0:
-        raise ConfigurationError(f"a set holds 0 layouts or more, got count={count}")
+    whole_number("count", count, 0, MOST_LAYOUTS)
     return [_layout(seed, index, road_type) for index in range(count)]
 
 

@@ -26,9 +26,13 @@ DONE, BAD_DATA, BAD_USAGE, IN_PART = 0, 1, 2, 3
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        ("make --suite street --out {0} --frames 0", BAD_USAGE, "1 or more, got 0"),
-        ("make --suite raw --out {0} --frames 1000001", BAD_USAGE, "1,000,000 at most"),
-        (f"make --suite street --out {{0}} --frames {10**23}", BAD_USAGE, "1,000,000 at most"),
+        ("make --suite street --out {0} --frames 0", BAD_USAGE, "from 1 to 1,000,000, got 0"),
+        ("make --suite raw --out {0} --frames 1000001", BAD_USAGE, "from 1 to 1,000,000, got 1"),
+        (
+            f"make --suite street --out {{0}} --frames {10**23}",
+            BAD_USAGE,
+            "from 1 to 1,000,000, got 1",
+        ),
         ("make --suite street --out {0} --seed -1", BAD_USAGE, "0 or more, got -1"),
         ("make --suite street --out {0} --workers 0", BAD_USAGE, "1 worker or more"),
         ("make --suite street --out {0} --cameras 2 5", BAD_USAGE, "cameras are some of"),

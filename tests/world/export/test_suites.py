@@ -118,16 +118,22 @@ def test_every_suite_records_its_part_of_the_assets() -> None:
 
 def test_impossible_numbers() -> None:
     for suite in SUITES:
-        with pytest.raises(ConfigurationError, match="1 or more, got 0"):
-            suite_recipe(suite, 0)
+        for frames in (0, 10**12):
+            with pytest.raises(ConfigurationError, match=f"1 to 1,000,000, got {frames}"):
+                suite_recipe(suite, frames)
         with pytest.raises(ConfigurationError, match="0 or more, got -1"):
             suite_recipe(suite, 1, seed=-1)
     with pytest.raises(ConfigurationError, match="there are street"):
         suite_recipe("moon", 1)
     with pytest.raises(ConfigurationError, match="0 to 3"):
         suite_recipe("mixed", 1, previous=4)
-    with pytest.raises(ConfigurationError, match="2 or more"):
-        suite_recipe("connected", 1, vehicles=1)
+    for vehicles in (1, 10**12):
+        with pytest.raises(ConfigurationError, match="from 2 to 100"):
+            suite_recipe("connected", 1, vehicles=vehicles)
+    for suite in ("connected", "raw"):
+        for frames in (0, 10**12):
+            with pytest.raises(ConfigurationError, match=r"drive_frames takes .* 1 to 10,000"):
+                suite_recipe(suite, 1, drive_frames=frames)
     with pytest.raises(ConfigurationError, match="1 or more"):
         suite_recipe("raw", 1, drive_frames=0)
     with pytest.raises(ConfigurationError, match="each once"):
