@@ -28,7 +28,7 @@ def test_a_damaged_file_is_read_soundly_or_refused_by_name() -> None:
 
 
 def test_a_stopped_fuzz_goes_on_after_the_kinds_that_were_done(tmp_path: Path) -> None:
-    done = tmp_path / "done.jsonl"
+    done = tmp_path / "runs" / "done.jsonl"  # A fresh checkout has no folder of runs.
 
     def fuzz(seed: int) -> str:
         command = [sys.executable, str(FUZZ), "--files", "3", "--seed", str(seed)]

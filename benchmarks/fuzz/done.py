@@ -43,6 +43,7 @@ class DoneKinds:
         if self._path is None:
             return
         row = {"of": self._of, "kind": kind, "counts": counts, "faults": faults}
+        self._path.parent.mkdir(parents=True, exist_ok=True)
         with self._lock, self._path.open("a") as file:
             file.write(json.dumps(row) + "\n")
 
