@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -233,6 +234,17 @@ def scenario() -> PlanningScenario:
 def file(scenario: PlanningScenario, tmp_path: Path) -> Path:
     write_commonroad(scenario, tmp_path / "simple.xml")
     return tmp_path / "simple.xml"
+
+
+def test_nothing_is_printed(
+    scenario: PlanningScenario, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Nor logged: a caller without a log would see it on standard error."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(logging.getLogger(), "handlers", [])
+        write_commonroad(scenario, tmp_path / "free.xml")
+        read_commonroad(tmp_path / "free.xml")
+    assert capfd.readouterr() == ("", "")
 
 
 def test_nothing_is_overwritten_unasked(scenario: PlanningScenario, file: Path) -> None:

@@ -41,7 +41,7 @@ def write_commonroad(
     """
     import_quietly()
     from commonroad.common.file_writer import CommonRoadFileWriter, OverwriteExistingFile
-    from commonroad.scenario.scenario import Tag
+    from commonroad.scenario.scenario import Location, Tag
 
     path = Path(path)
     if path.exists() and not overwrite:
@@ -65,6 +65,7 @@ def write_commonroad(
             affiliation="avsec-gym",
             source=MARK + json.dumps(notes, sort_keys=True),
             tags={Tag.HIGHWAY if highway else Tag.URBAN},
+            location=Location(),  # That of no place; left out, commonroad-io warns of it.
             decimal_precision=_DECIMALS,
         ).write_to_file(str(partial), OverwriteExistingFile.ALWAYS)
     os.replace(partial, path)
