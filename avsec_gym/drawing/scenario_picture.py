@@ -11,7 +11,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.metrics.safety import COLLISION, SAFE
@@ -116,9 +115,6 @@ def save_picture(figure: Figure, path: str | Path, *, overwrite: bool = False) -
     Raises:
         DataError: The file exists, or cannot be written.
     """
-    path = Path(path)
-    if path.exists() and not overwrite:
-        raise DataError("the file exists.", path=path, remedy="Name another, or use --overwrite.")
     content = io.BytesIO()
     figure.savefig(content, format="png")
     write_bytes(path, content.getvalue(), overwrite=overwrite)

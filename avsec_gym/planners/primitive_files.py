@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.primitives import MotionPrimitives
 from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.xml_tree import Element, read_plain_xml
 
 _FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
@@ -72,11 +72,8 @@ def write_primitives(
     """Write a primitive file; `read_primitives` reads the same numbers back.
 
     Raises:
-        DataError: The file exists.
+        DataError: The file exists and `overwrite` is false, or it cannot be written.
     """
-    path = Path(path)
-    if path.exists() and not overwrite:
-        raise DataError("the file exists.", path=path, remedy="Name another, or allow overwriting.")
     root = ElementTree.Element("MotionPrimitiveFile")
     ElementTree.SubElement(root, "VehicleType").text = primitives.vehicle.name
     all_nodes = ElementTree.SubElement(root, "Trajectories")
@@ -89,9 +86,8 @@ def write_primitives(
         for step in range(1, steps):
             _add_state(way, "State", states[step], step)
     ElementTree.indent(root)
-    partial = path.with_suffix(f".{os.getpid()}.part")
-    ElementTree.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
-    os.replace(partial, path)
+    content = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    write_bytes(path, content, overwrite=overwrite)
 
 
 def _check(states: Floats, number: int, path: Path) -> None:

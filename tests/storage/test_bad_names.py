@@ -6,10 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from avsec_gym.attacks.object_scan import read_object_scan
 from avsec_gym.attacks.patch_files import load_patch
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
+from avsec_gym.drawing import scenario_picture
 from avsec_gym.errors import DataError
 from avsec_gym.kitti import (
     calibration,
@@ -29,7 +34,12 @@ from avsec_gym.kitti import (
 )
 from avsec_gym.perception.weights.published import published_state
 from avsec_gym.perception.weights.torch_files import read_torch_file
+from avsec_gym.planners.primitive_files import write_primitives
+from avsec_gym.planners.primitives import generate_primitives
+from avsec_gym.road_type import RoadType
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.scenario.builder import build_planning_scenario
+from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.scenario.scene_sets import label_folder, labelled_scenarios
 from avsec_gym.validation.thresholds import read_threshold_table
 from avsec_gym.world.export import changed_files
@@ -75,3 +85,48 @@ def test_a_bad_name_is_a_clear_error(
         reader(tmp_path / name)
     assert str(caught.value).isprintable()
     assert len(str(caught.value)) < 3000
+
+
+def drawn(path: Path) -> None:
+    scenario_picture.save_picture(Figure(), path)
+
+
+NO_OBJECTS, BLACK = Boxes3D.empty(), np.zeros((8, 8, 3), np.uint8)
+WRITERS: dict[str, Callable[[Path], Any]] = {
+    "labels": lambda path: labels.write_labels(path, NO_OBJECTS),
+    "detections": lambda path: labels.write_detections(path, NO_OBJECTS),
+    "image": lambda path: sensor_files.write_image(path, BLACK),
+    "scan": lambda path: sensor_files.write_points(path, np.zeros((1, 4), np.float32)),
+    "disparity": lambda path: map_files.write_disparity(path, np.ones((8, 8), np.float32)),
+    "mask": lambda path: map_files.write_mask(path, np.ones((8, 8), np.uint8)),
+    "tracking": lambda path: tracking.write_tracking_labels(path, {}),
+    "error model": lambda path: write_error_model(path, ErrorModel()),
+    "scenario": lambda path: write_commonroad(PROBLEM, path),
+    "primitives": lambda path: write_primitives(generate_primitives((6.0,)), path),
+    "picture": drawn,
+}
+PROBLEM = build_planning_scenario(NO_OBJECTS, road_type=RoadType.STREET, id="free")
+
+
+@pytest.mark.parametrize(
+    "name", ["n" * 300 + ".png", "a\0b.png", "file/below.png", "folder.png", "there.png"]
+)
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS.keys())
+def test_a_place_that_cannot_be_written_is_a_clear_error(
+    tmp_path: Path, writer: Callable[[Path], Any], name: str
+) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "there.png").write_text("mine")
+    with pytest.raises(DataError) as caught:
+        writer(tmp_path / name)
+    assert str(caught.value).isprintable()
+    # Nothing half written stays, and nothing is lost.
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "folder.png", "there.png"}
+    assert (tmp_path / "there.png").read_text() == "mine"
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS.keys())
+def test_folders_above_a_file_are_made(tmp_path: Path, writer: Callable[[Path], Any]) -> None:
+    writer(tmp_path / "deep" / "er" / "new.png")
+    assert [path.name for path in (tmp_path / "deep" / "er").iterdir()] == ["new.png"]

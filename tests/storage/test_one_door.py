@@ -26,7 +26,8 @@ FORBIDDEN = {
     "ElementTree.XML", "minidom.parse", "sax.parse",
     # Its ways to write one, and to make a folder.
     ".write_text", ".write_bytes", ".mkdir", ".touch", "os.mkdir", "os.makedirs",
-    "logging.FileHandler", "shutil.copyfile", "shutil.copy", "shutil.copy2",
+    "logging.FileHandler", "shutil.copyfile", "shutil.copy", "shutil.copy2", "os.replace",
+    "os.rename", "cv2.imwrite", "numpy.savetxt", "safetensors.torch.save_file", ".write_to_file",
     # Libraries.
     "numpy.load", "numpy.fromfile", "numpy.memmap", "numpy.loadtxt", "numpy.genfromtxt",
     "numpy.lib.format.open_memmap",
@@ -66,12 +67,13 @@ REASONS = {
     # A text that the door has read, with its remedy.
     "agents/yaml_files.py": {"yaml.safe_load"},
     # Written, not read.
-    "storage/atomic_write.py": {"open"},
+    "storage/atomic_write.py": {"open", "os.replace"},
     "storage/folders.py": {".mkdir"},
     "runs/run_log.py": {"logging.FileHandler"},
     # A video in memory.
     "drawing/video.py": {".open"},
     # Into a folder that no one else knows.
+    "scenario/commonroad/writing.py": {".write_to_file", ".read_bytes"},
     "perception/training/cloud_samples.py": {
         ".write_text",
         ".open",
@@ -86,7 +88,7 @@ REASONS = {
     # The package's own style and script.
     "experiments/chapter5/section/sections.py": {".read_text"},
     # Below the user's folder for caches.
-    "world/textures/library.py": {"os.fdopen", ".mkdir"},
+    "world/textures/library.py": {"os.fdopen", ".mkdir", "os.replace"},
     # A folder, for its lock.
     "storage/folder_lock.py": {"os.open"},
     # `RunFolder.open`.

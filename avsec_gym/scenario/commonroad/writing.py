@@ -8,10 +8,10 @@ place.
 from __future__ import annotations
 
 import json
-import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.commonroad.format import MARK, import_quietly, points_of
 from avsec_gym.scenario.planning_scenario import Goal, Lanelet, Obstacles, PlanningScenario
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
+from avsec_gym.storage.atomic_write import write_bytes
 
 _DECIMALS = 30
 """Enough for every double that is not denormally small."""
@@ -33,19 +34,16 @@ def write_commonroad(
 
     Args:
         scenario: Scenario to write.
-        path: Path of the file; its folder must exist.
+        path: Path of the file; its folder is made if need be.
         overwrite: Whether a file that is there is replaced.
 
     Raises:
-        DataError: The file exists.
+        DataError: The file exists and `overwrite` is false, or it cannot be written.
     """
     import_quietly()
     from commonroad.common.file_writer import CommonRoadFileWriter, OverwriteExistingFile
     from commonroad.scenario.scenario import Location, Tag
 
-    path = Path(path)
-    if path.exists() and not overwrite:
-        raise DataError("the file exists.", path=path, remedy="Name another, or allow overwriting.")
     notes: dict[str, Any] = {"id": scenario.id}
     if scenario.road_type:
         notes["road_type"] = str(scenario.road_type)
@@ -55,9 +53,9 @@ def write_commonroad(
         notes["steering_angle"] = scenario.start.steering_angle
     document, problems = to_commonroad(scenario)
     highway = scenario.road_type == RoadType.HIGHWAY
-    partial = path.with_suffix(f".{os.getpid()}.part")
-    with warnings.catch_warnings():
+    with TemporaryDirectory(prefix="avsec-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
+        own = Path(folder) / "scenario.xml"
         CommonRoadFileWriter(
             document,
             problems,
@@ -67,8 +65,8 @@ def write_commonroad(
             tags={Tag.HIGHWAY if highway else Tag.URBAN},
             location=Location(),  # That of no place; left out, commonroad-io warns of it.
             decimal_precision=_DECIMALS,
-        ).write_to_file(str(partial), OverwriteExistingFile.ALWAYS)
-    os.replace(partial, path)
+        ).write_to_file(str(own), OverwriteExistingFile.ALWAYS)
+        write_bytes(path, own.read_bytes(), overwrite=overwrite)
 
 
 def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
