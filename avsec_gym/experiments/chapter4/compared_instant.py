@@ -95,15 +95,15 @@ def compared_instant(
     with by_surfaces.step("decide"):
         of_surfaces = decide_by_surfaces(compared, merged, constants)
 
-    counts = exchange_rays(scans, merged, constants.margins, by_rays, budget)
+    heard = exchange_rays(scans, merged, constants.margins, by_rays, budget)
     with by_rays.step("decide"):
-        of_rays = decide_by_rays(counts, merged, constants)
+        of_rays = decide_by_rays(heard, merged, constants)
 
     results: dict[Method, MethodResult] = {
         "surfaces": _result(of_surfaces, by_surfaces),
         "rays": _result(of_rays, by_rays),
     }
-    decidable = is_decidable(counts, constants.rates)
+    decidable = is_decidable(heard.counts, constants.rates)
     return ComparedInstant(merged.regions, decidable, compared.distances, results)
 
 

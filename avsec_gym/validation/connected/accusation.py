@@ -3,8 +3,15 @@
 A vehicle that lies sides with whoever contradicts an honest one. Honest vehicles contradict each
 other hardly ever in the box of an object, but often enough in boxes that were made for it: beside
 an object, across its corner, at a wrong heading. Hence the *lone author* of a region, which alone
-proposed it, is none of those that accuse in it. What is left are the contradictions of honest
-vehicles in honest regions: the rate of false alarms, which a liar can use and not raise.
+proposed it, is none of those that accuse in it.
+
+A liar may also bend the box of an object by so little that it stays that of another vehicle, too.
+There, honest vehicles contradict each other over roofs and edges alone, on which rays of one end
+and above which those of the next pass: few cells, in one layer or two. Hence rays accuse only where
+`RAYS` or more of them pass through, and more than support, what is claimed in `LAYERS` layers or
+more, as most of what stands on the ground is. An optimiser found this (`LyingVehicle`). What is
+left are the contradictions of honest vehicles in honest regions: the rate of false alarms, which a
+liar can use.
 """
 
 from __future__ import annotations
@@ -23,6 +30,11 @@ from avsec_gym.validation.connected.regions import Regions
 
 ACCUSERS = 2
 """Vehicles that accuse a third; one of them may lie."""
+RAYS = 8
+"""Rays that pass through what a vehicle claims, at least, where another accuses."""
+LAYERS = 3
+"""Layers of voxels, one above the other, in which a claim lies by which a vehicle accuses or is
+accused, at least."""
 SAME_REGION = 0.4
 """Intersection over union of volumes from which a proposal is about the same object."""
 NO_LONE_AUTHOR = -1
@@ -52,6 +64,7 @@ def lone_authors(
 def upheld_by_rays(
     decision: Decision,
     counts: NDArray[np.int64],
+    layers: NDArray[np.int64],
     authors: NDArray[np.int64],
     rates: RayRates,
     rule: DecisionRule,
@@ -61,6 +74,7 @@ def upheld_by_rays(
     Args:
         decision: What was decided of R regions.
         counts: What witness ``k`` reports of the claim of ``j``, shape (R, V, V, 3).
+        layers: In how many layers of voxels each vehicle's claim lies, shape (R, V).
         authors: Lone author of each region, shape (R,).
         rates: The chances of rays.
         rule: The rule, with the ratio from which on a vehicle accuses.
@@ -70,6 +84,9 @@ def upheld_by_rays(
     """
     named = decision.named.copy()
     contradicts = decidable(counts, rates) & (log_likelihood_ratio(counts, rates) >= rule.accuser)
+    through = counts[..., 1]
+    contradicts &= (through > counts[..., 0]) & (through >= RAYS)
+    contradicts &= (layers >= LAYERS)[:, :, None]
     for index in np.flatnonzero(named >= 0):
         victim = named[index]
         of_ghost = decision.ghost[index, victim] >= decision.removal[index, victim]

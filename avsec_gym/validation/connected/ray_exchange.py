@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,20 @@ Motion = Callable[[Regions], Floats]
 m/s, shape (R, 2)."""
 
 
+@dataclass(frozen=True, eq=False)
+class Testimonies:
+    """What the base station has heard of R regions and V vehicles.
+
+    Args:
+        counts: What witness ``k`` reports of the claim of ``j``, 0 where it does not, shape
+            (R, V, V, 3).
+        layers: In how many layers of voxels each vehicle's claim lies, 0 without one, shape (R, V).
+    """
+
+    counts: NDArray[np.int64]
+    layers: NDArray[np.int64]
+
+
 def exchange_rays(
     scans: Sequence[VehicleScan],
     merged: MergedProposals,
@@ -40,7 +55,7 @@ def exchange_rays(
     traffic: Traffic,
     budget: Budget,
     motions: Sequence[Motion] | None = None,
-) -> NDArray[np.int64]:
+) -> Testimonies:
     """Claims of all, and how all others' rays support them.
 
     Args:
@@ -50,9 +65,6 @@ def exchange_rays(
         traffic: Takes the messages.
         budget: The budget of each vehicle.
         motions: What each vehicle knows of what moves; None: all stands.
-
-    Returns:
-        What witness ``k`` reports of the claim of ``j``, 0 where it does not, shape (R, V, V, 3).
     """
     regions, others = merged.regions, len(scans) - 1
     observers, claimed = [], dict[int, Claims]()
@@ -70,6 +82,9 @@ def exchange_rays(
         if read:
             claimed[number] = read[0]
             traffic.broadcast("claims", encode_claims(read[0]))
+    layers = np.zeros((len(regions), len(scans)), np.int64)
+    for number, claims in claimed.items():
+        layers[claims.region, number] = claims.layers(regions)
     counts = np.zeros((len(regions), len(scans), len(scans), 3), np.int64)
     for witness, observer in enumerate(observers):
         blind = merged.stands_in(witness)
@@ -86,16 +101,16 @@ def exchange_rays(
                 kept = admitted_counts(read_counts[0], claims)
                 counts[kept.region, about, witness] = kept.counts
         counts[blind, :, witness] = 0
-    return counts
+    return Testimonies(counts, layers)
 
 
 def decide_by_rays(
-    counts: NDArray[np.int64], merged: MergedProposals, constants: ConnectedConstants
+    heard: Testimonies, merged: MergedProposals, constants: ConnectedConstants
 ) -> Decision:
     """What the base station decides, with the accusations that two independent vehicles uphold."""
     rates, rule = constants.rates, constants.rule
-    decision = decide(counts, rates, rule)
-    named = upheld_by_rays(decision, counts, merged.authors, rates, rule)
+    decision = decide(heard.counts, rates, rule)
+    named = upheld_by_rays(decision, heard.counts, heard.layers, merged.authors, rates, rule)
     return Decision(decision.score, decision.probability, decision.ghost, decision.removal, named)
 
 

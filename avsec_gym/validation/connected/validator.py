@@ -97,21 +97,21 @@ class ConnectedValidator:
         constants, budget = self.constants, self.budget
         traffic = Traffic(len(scans), wire, budget.nbytes)
         merged = merge_proposals(scans, self.proposer, traffic, budget)
-        counts = exchange_rays(scans, merged, constants.margins, traffic, budget, motions)
+        heard = exchange_rays(scans, merged, constants.margins, traffic, budget, motions)
         with traffic.step("decide"):
-            decision = decide_by_rays(counts, merged, constants)
+            decision = decide_by_rays(heard, merged, constants)
         return ConnectedResult(
             id,
             "rays",
             merged.regions,
             decision.score,
             decision.probability,
-            is_decidable(counts, constants.rates),
+            is_decidable(heard.counts, constants.rates),
             decision.ghost,
             decision.removal,
             decision.named,
             traffic,
-            counts=counts,
+            counts=heard.counts,
         )
 
     def _by_surfaces(self, scans: Sequence[VehicleScan], id: str, wire: Wire) -> ConnectedResult:

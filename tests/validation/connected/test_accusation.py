@@ -10,8 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from avsec_gym.validation.connected import accusation
 from avsec_gym.validation.connected.accusation import (
+    LAYERS,
     NO_LONE_AUTHOR,
+    RAYS,
     lone_authors,
     upheld_by_distances,
     upheld_by_rays,
@@ -30,7 +33,12 @@ from avsec_gym.validation.connected.rays.claims import (
     claim,
     grid_shapes,
 )
-from avsec_gym.validation.connected.rays.decision import Decision, DecisionRule, decide
+from avsec_gym.validation.connected.rays.decision import (
+    CANNOT_TELL,
+    Decision,
+    DecisionRule,
+    decide,
+)
 from avsec_gym.validation.connected.rays.observer import Observer, observe
 from avsec_gym.validation.connected.rays.rates import RayRates
 from avsec_gym.validation.connected.rays.witness import (
@@ -91,8 +99,8 @@ def _honest_counts(honest: list[Observer], claims: list[Claims], regions: Region
     return counts
 
 
-def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray]:
-    """Decisions over all that the liar can say of one region, with the counts behind them.
+def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray, np.ndarray]:
+    """Decisions over all that the liar can say of one region, with counts and layers behind them.
 
     It denies or confirms each honest claim, or is silent; it claims nothing, or those voxels that
     one honest vehicle sees through and no other, that one sees and another does not, and so on.
@@ -103,7 +111,7 @@ def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray
     voxels = np.arange(0, room, max(1, room // 1500))
     everywhere = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(voxels)]), voxels)
     seen = np.stack([outcomes(each, everywhere, region, _MARGINS) for each in honest])
-    of_liar = [np.zeros((3, 3), np.int64)]
+    of_liar = [(np.zeros((3, 3), np.int64), 0)]
     for k in range(3):
         through, others = seen[k] == THROUGH, np.delete(seen, k, axis=0)
         for chosen in (
@@ -117,9 +125,11 @@ def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray
                 lie = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(kept)]), kept)
                 lie = decode_claims(encode_claims(lie), region)
                 said = [count_rays(each, lie, region, _MARGINS) for each in honest]
-                of_liar.append(np.concatenate([each.counts for each in said]))
-    cases = []
-    for row, says in product(of_liar, product((SUPPORT, THROUGH, None), repeat=3)):
+                rows = np.concatenate([each.counts for each in said])
+                of_liar.append((rows, int(lie.layers(region)[0])))
+    cases, layers = [], []
+    of_honest = [int(each.layers(region)[0]) if len(each) else 0 for each in claims]
+    for (row, high), says in product(of_liar, product((SUPPORT, THROUGH, None), repeat=3)):
         counts = truth.copy()
         counts[_LIAR, :3] = row
         for j, outcome in enumerate(says):
@@ -133,14 +143,15 @@ def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray
                 )
                 counts[j, _LIAR, outcome] = claims[j].count[0]
         cases.append(counts)
+        layers.append([*of_honest, high])
     every = np.array(cases)
-    return decide(every, _RATES, _RULE), every
+    return decide(every, _RATES, _RULE), every, np.array(layers)
 
 
 def _convicts(honest: list[Observer], region: Regions, author: int) -> bool:
-    decision, counts = _lies(honest, region)
+    decision, counts, layers = _lies(honest, region)
     authors = np.full(len(counts), author)
-    named = upheld_by_rays(decision, counts, authors, _RATES, _RULE)
+    named = upheld_by_rays(decision, counts, layers, authors, _RATES, _RULE)
     return bool(((named >= 0) & (named != _LIAR)).any())
 
 
@@ -170,13 +181,17 @@ _FOUND = (
 
 
 @pytest.mark.parametrize("numbers", _FOUND)
-def test_a_region_made_for_it_convicts_only_if_its_author_accuses(
-    honest: list[Observer], numbers: tuple[float, ...]
+def test_a_region_made_for_it_convicts_none(
+    honest: list[Observer], numbers: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place = np.array(numbers)
     region = Regions(place[None, :3], place[None, 3:6], place[6:])
     assert not _convicts(honest, region, _LIAR)
-    assert _convicts(honest, region, NO_LONE_AUTHOR)
+    monkeypatch.setattr(accusation, "RAYS", 0)
+    monkeypatch.setattr(accusation, "LAYERS", 0)
+    assert not _convicts(honest, region, _LIAR)
+    # It does if its author accuses by any ray; in the last one more rays support, too.
+    assert _convicts(honest, region, NO_LONE_AUTHOR) == (numbers != _FOUND[2])
 
 
 def test_the_worst_of_many_regions_convict_no_honest_vehicle(honest: list[Observer]) -> None:
@@ -272,10 +287,27 @@ def test_in_a_region_of_its_own_a_liar_convicts_none_by_distances() -> None:
     assert upheld_by_distances(frozenset({0}), distances, _THETA, author=NO_LONE_AUTHOR) == {0}
 
 
+def test_few_rays_or_a_claim_in_one_layer_accuse_none() -> None:
+    def named(through: int, support: int, layers: int, missing: int = 0) -> int:
+        counts = np.zeros((1, 3, 3, 3), np.int64)
+        counts[0, 1, 0], counts[0, 1, 2] = (0, 30, 0), (support, through, missing)
+        decision = decide(counts, _RATES, _RULE)
+        assert decision.named.tolist() == [1]
+        every, alone = np.full((1, 3), layers), np.array([NO_LONE_AUTHOR])
+        return int(upheld_by_rays(decision, counts, every, alone, _RATES, _RULE)[0])
+
+    assert named(RAYS, 0, LAYERS) == 1
+    assert named(RAYS - 1, 0, LAYERS) == CANNOT_TELL
+    assert named(RAYS, 0, LAYERS - 1) == CANNOT_TELL
+    # More rays that support than pass through are no accusation, whatever their ratio.
+    assert named(RAYS, RAYS + 1, LAYERS, missing=20) == CANNOT_TELL
+
+
 def test_a_victim_with_two_witnesses_stays_named() -> None:
     counts = np.zeros((1, 3, 3, 3), np.int64)
     counts[0, 1, 0], counts[0, 1, 2] = (0, 30, 0), (0, 30, 0)
     decision = decide(counts, _RATES, _RULE)
     for author, expected in ((1, 1), (NO_LONE_AUTHOR, 1), (0, -1)):
-        named = upheld_by_rays(decision, counts, np.array([author]), _RATES, _RULE)
+        layers = np.full((1, 3), LAYERS)
+        named = upheld_by_rays(decision, counts, layers, np.array([author]), _RATES, _RULE)
         assert named.tolist() == [expected]

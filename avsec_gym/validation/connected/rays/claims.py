@@ -86,6 +86,13 @@ class Claims:
         """Which claim each voxel belongs to, shape (V,)."""
         return np.repeat(np.arange(len(self)), self.count)
 
+    def layers(self, regions: Regions) -> NDArray[np.int64]:
+        """In how many layers of voxels, one above the other, each claim has some, shape (C,)."""
+        claim = self.of_voxels()
+        height = grid_shapes(regions.grown(MARGIN, MARGIN).size)[self.region, 2][claim]
+        some = np.unique(np.stack([claim, self.voxel % height]), axis=1)
+        return np.bincount(some[0], minlength=len(self))
+
     def places(self, regions: Regions) -> Floats:
         """Centres of the voxels in the world, shape (V, 3)."""
         grown = regions.grown(MARGIN, MARGIN)[self.region][self.of_voxels()]

@@ -91,9 +91,12 @@ def judge_instant(
     for (witness, about), seen in said.items():
         kept = admitted_counts(seen, claimed[about])
         counts[kept.region, about, witness] = kept.counts
+    layers = np.zeros(counts.shape[:2], np.int64)
+    for sender, each in claimed.items():
+        layers[each.region, sender] = each.layers(regions)
     proposals = {each.sender: regions_in_world(each.regions, each.pose) for each in taken}
     named = upheld_by_rays(
-        decide(counts, rates, rule), counts, lone_authors(regions, proposals), rates, rule
+        decide(counts, rates, rule), counts, layers, lone_authors(regions, proposals), rates, rule
     )
     return InstantOutcome(
         regions, named, (len(taken), len(claimed), len({witness for witness, _ in said}))

@@ -34,6 +34,14 @@ def test_claimed_voxels_are_those_of_the_sides_that_face_the_sensor() -> None:
     assert (z > CLEARANCE - VOXEL / 2).all()
 
 
+def test_layers_are_the_heights_at_which_there_are_voxels() -> None:
+    region = _region(12.0, 0.0)
+    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0)), Sweep(period=0.0)), region)
+    heights = np.unique(claims.places(region)[:, 2].round(6))
+    assert claims.layers(region).tolist() == [len(heights)]
+    assert len(heights) > 3
+
+
 @pytest.mark.parametrize("heading", [0.4, np.pi / 2, -2.5])
 def test_voxels_of_a_turned_region_lie_at_the_same_surface(heading: float) -> None:
     observer = observe(scan_of([_BOX], pose_at(0.0, 0.0)), Sweep(period=0.0))

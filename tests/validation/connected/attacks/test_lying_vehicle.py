@@ -1,0 +1,163 @@
+"""One vehicle that makes up all of its messages: searched by CMA-ES, through the whole exchange."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avsec_gym.validation.connected import accusation, ray_exchange
+from avsec_gym.validation.connected.attacks.lying_vehicle import (
+    NUMBERS,
+    LyingVehicle,
+    lie_about,
+    nearest_to_conviction,
+)
+from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
+from avsec_gym.validation.connected.merging import regions_in_world
+from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.rays.observer import Observer, observe
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.result import ConnectedResult
+from avsec_gym.validation.connected.traffic import MessageKind
+from avsec_gym.validation.connected.validator import ConnectedValidator
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+from tests.validation.connected.conftest import Box, pose_at, scan_of
+
+_CARS: tuple[Box, ...] = (
+    (14, 3, -0.1),
+    (22, -3, 0.3),
+    (8, -6, 1.2),
+    (30, 7, -0.5),
+    (18, 9, 0.2),
+)
+_POSES = (pose_at(0, 0, 0), pose_at(34, 2, np.pi), pose_at(14, -14, np.pi / 2))
+_LIAR = 3
+_FOUND = np.concatenate(
+    [
+        (0.402, 0.844, 0.507, 0.442, 0.837, 0.495, 0.545),
+        (0.407, 0.039, 0.254, 0.886, 0.939, 0.977),
+        (0.981, 0.763, 0.576, 0.915, 0.469),
+    ]
+)
+"""The lie that CMA-ES found where any contradiction counted: it had vehicle 1 named.
+
+The region is bent such that it cuts the roof of a car out of it: a ring of vehicle 1 lies on that,
+and rays of vehicle 0 pass close above."""
+
+Search = tuple[list[VehicleScan], list[Regions], ConnectedValidator]
+
+
+@pytest.fixture(scope="module")
+def street() -> Search:
+    """Three honest vehicles whose poses are a little off, what they propose, and a validator."""
+    random = np.random.default_rng(0)
+    scans, targets = [], []
+    proposed: dict[int, Regions] = {}
+    usual = ClusterProposer()
+    for pose in _POSES:
+        measured = pose.copy()
+        measured[:2, 3] += random.normal(0, 0.2, 2)
+        scans.append(VehicleScan(scan_of(pose, *_CARS).points, measured))
+        regions = proposed[len(scans[-1].points)] = usual(scans[-1].points)
+        targets.append(regions_in_world(regions, measured))
+    scans.append(VehicleScan(np.zeros((0, 4), np.float32), np.eye(4)))
+    proposed[0] = Regions.empty()
+    assert len(proposed) == 4
+    constants = read_connected_fit(SHIPPED_FIT).constants()
+    # What it proposes of a scan does not change while lies are searched.
+    return scans, targets, ConnectedValidator(constants, proposer=lambda p: proposed[len(p)])
+
+
+@pytest.fixture(autouse=True)
+def _rays_are_sorted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    observers: dict[VehicleScan, Observer] = {}
+
+    def once(scan: VehicleScan) -> Observer:
+        if scan not in observers:
+            observers[scan] = observe(scan)
+        return observers[scan]
+
+    monkeypatch.setattr(ray_exchange, "observe", once)
+
+
+def _lied(
+    street: Search, target: Regions, numbers: np.ndarray
+) -> tuple[ConnectedResult, LyingVehicle]:
+    scans, _, validator = street
+    liar = LyingVehicle(_LIAR, lie_about(target, numbers))
+    return validator.validate(scans, wire=liar), liar
+
+
+def _roof(street: Search) -> Regions:
+    """What vehicle 1 proposes where it sees no more of a car than a ring on the roof."""
+    return street[1][1][np.array([2])]
+
+
+def _aside() -> np.ndarray:
+    """The region itself, claimed nearly whole by a vehicle that is not in it: it sees nothing."""
+    numbers = np.full(NUMBERS, 0.5)
+    numbers[7:10], numbers[10:13], numbers[15:17] = 0.05, 0.95, 0.7
+    return numbers
+
+
+def test_the_lie_that_was_found_convicts_none_any_more(
+    street: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result, liar = _lied(street, _roof(street), _FOUND)
+    assert not liar.is_lone_author
+    assert result.accused == ()
+    assert nearest_to_conviction(result, liar) < 0
+    # As it was: a ring on a roof, and seven rays above it, were an accuser.
+    monkeypatch.setattr(accusation, "RAYS", 0)
+    monkeypatch.setattr(accusation, "LAYERS", 0)
+    result, liar = _lied(street, _roof(street), _FOUND)
+    assert result.accused == (1,)
+    assert nearest_to_conviction(result, liar) == 1
+
+
+def test_a_liar_sends_what_the_base_station_takes(street: Search) -> None:
+    result, liar = _lied(street, _roof(street), _aside())
+    assert not result.traffic.refused
+    sent = result.traffic.sent[_LIAR]
+    assert set(sent) == {MessageKind.PROPOSALS, MessageKind.CLAIMS, MessageKind.COUNTS}
+    assert result.counts is not None
+    # It denies or supports all that the honest vehicles claim of the region.
+    claimed = result.counts[liar.index, :_LIAR, _LIAR].sum(axis=-1)
+    assert (claimed > 0).sum() >= 2
+    honest = np.delete(result.counts[liar.index], _LIAR, axis=0)[:, :_LIAR]
+    expected = max(float((honest[..., 1] - 2 * honest[..., 0]).max()), 0.0)
+    assert max(liar.contradiction(), 0.0) == expected
+
+
+def test_a_region_of_its_own_counts_for_nothing(street: Search) -> None:
+    numbers = _aside()
+    numbers[:2] = 1.0, 0.0
+    result, liar = _lied(street, _roof(street), numbers)
+    assert liar.is_lone_author
+    assert nearest_to_conviction(result, liar) == -2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("vehicle", "proposal", "contradict"),
+    [(1, 2, True), (0, 3, False)],
+    ids=["a ring on a roof", "a car"],
+)
+def test_cma_es_over_all_messages_of_a_liar_convicts_no_honest_vehicle(
+    vehicle: int, proposal: int, contradict: bool, street: Search
+) -> None:
+    cma = pytest.importorskip("cma")
+    target = street[1][vehicle][np.array([proposal])]
+    options = {"bounds": [0, 1], "seed": 1, "verbose": -9, "maxfevals": 150}
+    # The measure is flat where no honest vehicle contradicts another.
+    options |= {"tolflatfitness": 10**6, "tolfun": 0, "tolfunhist": 0}
+    search = cma.CMAEvolutionStrategy(_aside(), 0.12, options)
+    nearest = []
+    while not search.stop():
+        drawn = search.ask()
+        lies = [_lied(street, target, np.asarray(each)) for each in drawn]
+        assert not any(set(result.accused) - {_LIAR} for result, _ in lies)
+        nearest.append([nearest_to_conviction(*each) for each in lies])
+        search.tell(drawn, [-each for each in nearest[-1]])
+    # Over the roof it has found where honest vehicles contradict each other: -0.5 is no ray.
+    assert (np.max(nearest) > -0.5) == contradict
