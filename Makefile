@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: demo test test-fast test-slow test-lowest lint bench docs fresh clean
+.PHONY: demo test test-fast test-slow test-lowest lint bench docs docs-site fresh clean
 
 demo: .venv/installed
 	$(BIN)/avsec demo
@@ -50,6 +50,10 @@ STUDIES ?= pictures world_benchmark detectors
 docs: .venv/installed
 	$(BIN)/python -m studies $(STUDIES) $(DATA)
 
+# The documentation as a site, in out/site/html; `make docs-site FILMS=1` renders an episode of each environment, too.
+docs-site: .venv/installed
+	$(BIN)/python docs/site $(if $(FILMS),--films)
+
 # Forget compiled numba kernels.
 fresh:
 	find avsec_gym -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -62,5 +66,5 @@ clean: fresh
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "avsec-gym needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv .venv
 	$(PIP) install --quiet "$$(grep '^torch==' constraints.txt)" -c constraints.txt
-	$(PIP) install --quiet -e '.[dev,view,adversarial,distributed]' -c constraints.txt
+	$(PIP) install --quiet -e '.[dev,docs,view,adversarial,distributed]' -c constraints.txt
 	touch $@

@@ -27,6 +27,12 @@ from avsec_gym.storage.text_files import read_text, write_text
 MODEL, README = "model.safetensors", "README.md"
 """As the hub names them."""
 MAX_BYTES = 2**30
+LIMITS = (
+    "Research on the driving safety of attacked cars, in simulation. One training with one seed: "
+    "others differ by more than the interval. It knows the scenes of its training's distribution; "
+    "nothing is claimed of real traffic."
+)
+"""What an agent is for, and what not."""
 _NAMED_ALIKE = (CONFIG, CARD)
 _TAGS = "reinforcement-learning", "stable-baselines3", "gymnasium", "autonomous-driving"
 _AGAIN = "Fetch the whole repository again."
@@ -117,8 +123,6 @@ def _readme(title: str, card: AgentCard, license: str) -> Readme:
             "Training": facts_table(
                 {key: value for key, value in asdict(card).items() if key != "held_out"}
             ),
-            "Intended use and limits": "Research on the driving safety of attacked cars, in "
-            "simulation. One training with one seed: others differ by more than the interval. It "
-            "knows the scenes of its training's distribution; nothing is claimed of real traffic.",
+            "Intended use and limits": LIMITS,
         },
     )

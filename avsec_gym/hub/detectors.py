@@ -21,6 +21,11 @@ from avsec_gym.storage.text_files import write_text
 MODEL, CONFIG, README = "model.safetensors", "config.json", "README.md"
 """As the hub names them; the configuration is the card of the weights."""
 MAX_BYTES = 4 * 2**30
+LIMITS = (
+    "Research on attacked perception. Small networks, trained briefly: they show how attacks act, "
+    "and drive no car. Metrics are those of the training's own validation frames."
+)
+"""What the weights that come with the package are for, and what not."""
 _AGAIN = "Fetch the whole repository again."
 _TASKS = {"psmnet": "depth-estimation", "motion": "image-classification",
           "road_type": "image-classification"}  # fmt: skip
@@ -110,8 +115,6 @@ def _readme(name: str, card: ModelCard, license: str) -> Readme:
             "Training": facts_table(what | {"training": card.training}),
             "Data": f"```json\n{json.dumps(card.data, indent=1)}\n```" if card.data else "",
             "Configuration": f"```json\n{json.dumps(card.configuration, indent=1)}\n```",
-            "Intended use and limits": "Research on attacked perception. Small networks, trained "
-            "briefly: they show how attacks act, and drive no car. Metrics are those of the "
-            "training's own validation frames.",
+            "Intended use and limits": LIMITS,
         },
     )

@@ -149,7 +149,7 @@ class DrivingConstraintSelector:
 
 
 def reduced_image(image: Image, size: tuple[int, int]) -> NDArray[np.uint8]:
-    """An image as the network sees it, shape (*size, 3)."""
+    """An image as the network sees it: of this height and width, shape (H, W, 3)."""
     import cv2
 
     return np.asarray(cv2.resize(image, size[::-1], interpolation=cv2.INTER_AREA))

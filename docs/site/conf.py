@@ -1,0 +1,49 @@
+"""Sphinx's settings of the documentation site; `python docs/site` builds it."""
+
+import sys
+from pathlib import Path
+
+# Sphinx reads this file by its path, so that its neighbours are no package.
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
+
+from repository import PROJECT, REPOSITORY  # noqa: E402
+
+project = "avsec-gym"
+author = "avsec-gym"
+version = release = PROJECT["version"]
+copyright = "avsec-gym, MIT licence"
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+root_doc = "index"
+
+# Pages: Markdown, whose headings are anchors as on a code host.
+myst_heading_anchors = 4
+myst_enable_extensions = ["colon_fence"]
+myst_links_external_new_tab = False
+
+# API: the code's own docstrings, in Google's form.
+default_role = "py:obj"  # `Name` in a docstring leads there, where the name is on the site.
+add_module_names = False
+toc_object_entries_show_parents = "hide"
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+autodoc_typehints_format = "short"
+autodoc_inherit_docstrings = False
+python_maximum_signature_line_length = 88
+python_use_unqualified_type_names = True
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = f"avsec-gym {version}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+pygments_style, pygments_dark_style = "default", "github-dark"
+html_theme_options = {
+    "source_repository": REPOSITORY,
+    "footer_icons": [],
+    "light_css_variables": {"color-brand-primary": "#0b5fa5", "color-brand-content": "#0b5fa5"},
+    "dark_css_variables": {"color-brand-primary": "#7ab8f5", "color-brand-content": "#7ab8f5"},
+}

@@ -1,0 +1,167 @@
+"""The documentation: its site is built, its links lead somewhere, its snippets are true."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+import shlex
+import subprocess
+import sys
+from inspect import signature
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avsec_gym.cli import COMMANDS, CommandGroup
+from avsec_gym.commands.arguments import parse
+from avsec_gym.registration import CATALOGUE
+
+ROOT = Path(__file__).parents[1]
+SITE = ROOT / "docs/site"
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+RUN_HERE = ("agents", "from_safebench", "layouts", "start/rl_researcher")
+"""Pages whose snippets run below, as they stand."""
+RUN_ELSEWHERE = {
+    "README": "tests/test_examples.py",
+    "environments": "tests/envs/test_whole.py, tests/envs/test_record_video.py",
+    "extending": "tests/plugins/test_plugin_files.py",
+    "from_highway_env": "tests/test_examples.py",
+}
+NEED = {
+    "architecture": "a minute of rendering",
+    "attacks": "the default suite, which takes minutes to make, and ART",
+    "average_precision": "labels and detections",
+    "classifiers": "a frame, and boxes of it",
+    "closed_loop": "a minute of drives; KITTI's recordings",
+    "connected": "a set of `avsec world make --suite connected`",
+    "data": "KITTI's data, OPV2V's",
+    "detectors": "the default suite, which takes minutes to make",
+    "from_art": "the default suite, and ART",
+    "from_openpcdet": "a folder of result files",
+    "runs": "a run of chapter 5",
+    "validation": "the default suite; frames; a table of thresholds",
+    "world": "minutes of rendering",
+}
+"""Pages whose snippets ask for more than a test has; their names are held below all the same."""
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    """The blocks of code of a page in a language; commands stand in blocks without one."""
+    pattern = rf"^```{language}\n(.*?)^```$"
+    return re.findall(pattern, page.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def name_of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix().removeprefix("docs/").removesuffix(".md")
+
+
+def test_every_page_with_a_snippet_is_accounted_for() -> None:
+    with_snippets = {name_of(page) for page in PAGES if blocks(page, "python")}
+    assert with_snippets == {*RUN_HERE, *RUN_ELSEWHERE, *NEED}
+    for tests in RUN_ELSEWHERE.values():
+        assert all((ROOT / test).is_file() for test in tests.split(", "))
+
+
+@pytest.mark.parametrize("name", RUN_HERE)
+def test_snippets_run_as_they_stand(name: str, tmp_path: Path) -> None:
+    code = "\n".join(blocks(ROOT / f"docs/{name}.md", "python"))
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=tmp_path)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_snippets_name_what_there_is(page: Path) -> None:
+    """Each import of ours, each environment and its arguments, where nothing runs them, too."""
+    environments = {entry.id: entry for entry in CATALOGUE}
+    for block in blocks(page, "python"):
+        for node in ast.walk(ast.parse(block)):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("avsec_gym"):
+                try:
+                    module = importlib.import_module(node.module or "")
+                except ModuleNotFoundError as error:
+                    if (error.name or "").startswith("avsec_gym"):
+                        raise
+                    continue  # An extra's is missing.
+                for alias in node.names:
+                    assert hasattr(module, alias.name), f"{node.module}.{alias.name}"
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "gym.make":
+                id = ast.literal_eval(node.args[0]).removeprefix("avsec_gym:")
+                if id.startswith("avsec/"):
+                    module_name, _, kind = environments[id].entry_point.partition(":")
+                    known = signature(getattr(importlib.import_module(module_name), kind))
+                    given = {word.arg for word in node.keywords if word.arg}
+                    assert given <= {*known.parameters, "max_episode_steps"}, id
+
+
+def command_of(words: list[str]) -> tuple[Any, list[str]]:
+    """The class of a command, and the words after its name."""
+    there: object = COMMANDS[words[0]]
+    rest = words[1:]
+    while isinstance(there, CommandGroup):
+        there, rest = there.commands[rest[0]], rest[1:]
+    module, _, kind = str(there).partition(":")
+    return getattr(importlib.import_module(module), kind), rest
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_commands_are_understood(page: Path) -> None:
+    """Nothing is run: commands, options and values of a block are those that there are."""
+    for block in blocks(page, "(?:sh)?"):
+        for line in block.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True) if line.startswith("avsec ") else []
+            if not words or {"--help", "...", "|"} & set(words):
+                continue
+            command, rest = command_of(words[1:])
+            try:
+                parse(command, rest, "avsec")
+            except SystemExit:
+                pytest.fail(line)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_commands_in_sentences_have_their_options(
+    page: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They are shortened: what is required may be left out."""
+    for line in re.findall(r"`(avsec [^`\n]+ --[^`\n]+)`", page.read_text()):
+        words = line.replace("|", " ").split()[1:]
+        if words[0] not in COMMANDS:
+            continue  # A place for one: COMMAND.
+        command, _ = command_of(words)
+        with pytest.raises(SystemExit):
+            parse(command, ["--help"], "avsec")
+        known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+        given = {word.partition("=")[0] for word in words if word.startswith("--")}
+        assert given - {"--help"} <= known, line
+
+
+def test_the_check_of_links_finds_what_is_broken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(SITE))
+    broken_links = importlib.import_module("link_check").broken_links
+    (tmp_path / "a.html").write_text('<h1 id="here"></h1><a href="b.html#there">b</a>')
+    (tmp_path / "b.html").write_text('<a href="a.html#here"></a><a href="https://example.org/x">')
+    assert broken_links(tmp_path) == ["a.html: b.html#there: no such anchor"]
+    (tmp_path / "b.html").write_text('<a id="there" href="c.html"></a><img src="missing.png">')
+    assert broken_links(tmp_path) == [
+        "b.html: c.html: no such file", "b.html: missing.png: no such file",
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
+    """From nothing; the command ends in 0 only if all links lead somewhere."""
+    for module in ("sphinx", "furo", "myst_parser"):
+        pytest.importorskip(module, reason="pip install -e '.[docs]'")
+    command = [sys.executable, str(SITE), "--out", str(tmp_path)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    html = tmp_path / "html"
+    for entry in CATALOGUE:
+        page = (html / f"envs/{entry.id.partition('/')[2]}.html").read_text()
+        assert entry.id in page
+        assert "action space" in page
+    assert "dsgn_small" in (html / "cards/index.html").read_text()
+    assert "avsec_gym.registry.make" in (html / "api/avsec_gym.registry.html").read_text()
