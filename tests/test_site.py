@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Callable
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -136,11 +137,51 @@ def test_commands_in_sentences_have_their_options(
         assert given - {"--help"} <= known, line
 
 
-def test_the_check_of_links_finds_what_is_broken(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def site(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
+    """The modules that make the site, by their names."""
     monkeypatch.syspath_prepend(str(SITE))
-    broken_links = importlib.import_module("link_check").broken_links
+    return importlib.import_module
+
+
+def test_links_of_pages_lead_to_pages_or_to_the_code_host(
+    site: Callable[[str], Any], tmp_path: Path
+) -> None:
+    site("written_pages").write_pages(tmp_path)
+    page = (tmp_path / "install.md").read_text()
+    assert "[Dockerfile](https://github.com/avsec-gym/avsec-gym/blob/main/Dockerfile)" in page
+    page = (tmp_path / "chapter5.md").read_text()
+    assert "](studies/results/chapter5.md)" in page
+    assert "](images/chapter5.png)" in page
+    assert (tmp_path / "images/chapter5.png").is_file()
+    # Code is no link, whatever its brackets look like.
+    assert blocks(tmp_path / "attacks.md", "python") == blocks(ROOT / "docs/attacks.md", "python")
+    # A code host shows the page as it stands; the sidebar is the site's own.
+    assert "{toctree}" in (tmp_path / "index.md").read_text()
+    assert "{toctree}" not in (ROOT / "docs/index.md").read_text()
+
+
+def test_a_page_of_an_environment_shows_what_it_is(
+    site: Callable[[str], Any], tmp_path: Path
+) -> None:
+    page_of, entry = site("environment_pages").page, CATALOGUE[1]
+    page = page_of(entry, tmp_path)
+    assert "`Box(-1.0, 1.0, (381,), float32)`" in page
+    assert "| `price` | `0.02` |" in page
+    assert "## Reward" in page
+    assert "<picture" not in page
+    for end in (".webp", "_still.webp"):
+        (tmp_path / f"GhostObject-v1{end}").touch()
+    (tmp_path / "GhostObject-v1.txt").write_text("Seed 0: what was seen.\n")
+    page = page_of(entry, tmp_path)
+    assert 'src="../films/GhostObject-v1.webp"' in page
+    assert "*Seed 0: what was seen.*" in page
+
+
+def test_the_check_of_links_finds_what_is_broken(
+    site: Callable[[str], Any], tmp_path: Path
+) -> None:
+    broken_links = site("link_check").broken_links
     (tmp_path / "a.html").write_text('<h1 id="here"></h1><a href="b.html#there">b</a>')
     (tmp_path / "b.html").write_text('<a href="a.html#here"></a><a href="https://example.org/x">')
     assert broken_links(tmp_path) == ["a.html: b.html#there: no such anchor"]

@@ -41,8 +41,8 @@ def write_pages(source: Path) -> set[Path]:
     for module in modules:
         if module.split(".")[1] != room:
             room = module.split(".")[1]
-            text += f"\n## avsec_gym.{room}\n\n| module | |\n|---|---|\n"
-        text += f"| [`{module}`]({module}.rst) | {_summary(module)} |\n"
+            text += f"\n## avsec_gym.{room}\n\n"
+        text += f"- [`{module}`]({module}.rst): {_summary(module)}\n"
     return written | {write_changed(source / "api/index.md", text.encode())}
 
 
@@ -98,7 +98,7 @@ def _is_worth_a_page(module: str) -> bool:
 
 def _summary(module: str) -> str:
     """The first line of its docstring."""
-    return (inspect.getdoc(import_module(module)) or "").splitlines()[0].replace("|", r"\|")
+    return (inspect.getdoc(import_module(module)) or "").splitlines()[0]
 
 
 def _page(module: str) -> str:

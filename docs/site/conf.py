@@ -1,12 +1,7 @@
-"""Sphinx's settings of the documentation site; `python docs/site` builds it."""
+"""Sphinx's settings of the documentation site; `python docs/site` builds it, in its own process."""
 
-import sys
-from pathlib import Path
-
-# Sphinx reads this file by its path, so that its neighbours are no package.
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
-
-from repository import PROJECT, REPOSITORY  # noqa: E402
+from repository import PROJECT, REPOSITORY
+from sphinx.ext.napoleon.docstring import GoogleDocstring
 
 project = "avsec-gym"
 author = "avsec-gym"
@@ -15,6 +10,7 @@ copyright = "avsec-gym, MIT licence"
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 root_doc = "index"
+highlight_language = "text"  # Blocks without a language are commands.
 
 # Pages: Markdown, whose headings are anchors as on a code host.
 myst_heading_anchors = 4
@@ -33,6 +29,9 @@ python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 napoleon_numpy_docstring = False
 napoleon_use_rtype = False
+
+# The docstring of a property is a sentence; napoleon takes what stands before a colon for a type.
+GoogleDocstring._parse_attribute_docstring = GoogleDocstring._consume_to_end  # type: ignore[method-assign]
 
 html_theme = "furo"
 html_title = f"avsec-gym {version}"

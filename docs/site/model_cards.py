@@ -58,9 +58,7 @@ def network_page(card: dict[str, Any], file: Path) -> str:
         "steps": _each(trainings, "steps"),
         "minutes": _each(trainings, "minutes"),
         "hardware of the last": card["hardware"],
-        "arithmetic": "mixed precision (16 and 32 bit)"
-        if card["training"].get("mixed_precision")
-        else "32 bit",
+        "arithmetic": _arithmetic(card),
         "stored as": card["storage"],
         "licence": card["license"],
         "made by": ", ".join(f"{name} {version}" for name, version in card["versions"].items()),
@@ -134,6 +132,15 @@ def _data(data: dict[str, Any]) -> str:
     return "; ".join(
         f"{part}: {', '.join(map(_one_set, data[part]))}" for part in ("training", "validation")
     )
+
+
+def _arithmetic(card: dict[str, Any]) -> str:
+    """As recorded; trainings of 0.1.0 recorded what was allowed."""
+    if card.get("arithmetic"):
+        return str(card["arithmetic"])
+    if card["training"].get("mixed_precision"):
+        return "bfloat16 if the processor multiplies it, else float32; which is not recorded"
+    return "float32"
 
 
 def _one_set(data: dict[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from importlib import import_module
 from pathlib import Path
 
 from api_pages import place_of
@@ -34,7 +35,9 @@ def write_pages(source: Path) -> set[Path]:
 def _is(kind: Kind, name: str) -> str:
     """The first line of its docstring, and its page."""
     factory, _, _ = _factory(kind, name)
-    summary = (inspect.getdoc(factory) or "").split("\n\n")[0]
+    # Of a class without a docstring of its own, Python would give that of the base.
+    own = factory.__doc__ or import_module(factory.__module__).__doc__ or ""
+    summary = inspect.cleandoc(own).split("\n\n")[0]
     return f"{' '.join(summary.split())} [API]({place_of(factory.__module__)}.rst)"
 
 
