@@ -56,7 +56,7 @@ class NetworkInput:
 
 
 class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
-    """A stereo detector that can be differentiated down to the pixels.
+    """DSGN (Chen et al., 2020), a stereo detector that can be differentiated down to the pixels.
 
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
 

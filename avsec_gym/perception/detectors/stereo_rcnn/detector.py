@@ -52,7 +52,7 @@ _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
 
 class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetwork]):
-    """A stereo detector that can be differentiated down to the pixels.
+    """Stereo R-CNN (Li et al., 2019), which can be differentiated down to the pixels.
 
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it, and the
     `term_weights` with it.
