@@ -3,8 +3,8 @@
     python docs/site             # out/site/html/index.html
     python docs/site --films     # with a film of an episode of each environment, rendered once
 
-What is generated lies in out/, which git ignores.  Films that were rendered before are shown
-without --films, too.
+What is generated lies in out/, which git ignores.  Films stay in out/site/films, and are shown
+without --films, too; to render one anew, remove its files.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "out/site", help="folder of the site")
     given = parser.parse_args()
     out: Path = given.out.resolve()
-    films = ROOT / "out/films"
+    films = out / "films"
     if given.films:
         episode_films.render_films(films)
     build_site(out, films)
@@ -71,7 +71,7 @@ def build_site(out: Path, films: Path) -> None:
     if code:
         raise SystemExit(code)
     if films.is_dir():
-        shutil.copytree(films, out / "html/films")
+        shutil.copytree(films, out / "html/films", ignore=shutil.ignore_patterns("sets"))
 
 
 if __name__ == "__main__":

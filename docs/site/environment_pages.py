@@ -73,7 +73,7 @@ def _class(entry: EnvironmentEntry) -> type[gym.Env[Any, Any]]:
 def _film(entry: EnvironmentEntry, films: Path) -> str:
     """The moving picture, still for readers who want no motion; empty where there is none."""
     name = file_name(entry.id)
-    if not (films / f"{name}{FILM}").is_file():
+    if not (films / f"{name}{FACTS}").is_file():  # The last file of a film.
         return ""
     caption = (films / f"{name}{FACTS}").read_text(encoding="utf-8").strip()
     return (

@@ -66,10 +66,11 @@ def _episode(id: str, folder: Path) -> tuple[list[np.ndarray], float, str]:
     rate = float(env.metadata.get("render_fps", 10))
     env.close()
     steps = len(pictures) - 1
-    success = "succeeds" if info["is_success"] else f"does not succeed, with seeds 0 to {seed}"
-    earlier = f"; with smaller seeds it does not ({seed})" if info["is_success"] and seed else ""
-    caption = f"Seed {seed}: {who}, {steps} step{'s' * (steps > 1)}. The agent {success}{earlier}."
-    return pictures, rate, f"{caption} Outcome: {info['outcome']}."
+    caption = f"Seed {seed}: {who}, {steps} step{'s' * (steps > 1)}. Outcome: {info['outcome']}. "
+    if not info["is_success"]:
+        return pictures, rate, caption + f"The agent does not succeed, with seeds 0 to {seed}."
+    before = f"; with seeds 0 to {seed - 1} it did not" if seed else ""
+    return pictures, rate, f"{caption}The agent succeeds{before}."
 
 
 def _scenes(id: str, folder: Path) -> dict[str, Any]:
