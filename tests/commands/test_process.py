@@ -108,7 +108,7 @@ def test_rows_before_the_reader_leaves_are_whole(problem: Path) -> None:
     with subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stderr is not None
-        assert json.loads(process.stdout.readline())["outcome"]
+        assert json.loads(process.stdout.readline())["status"]
         process.stdout.close()  # More rows come than a pipe takes.
         assert process.stderr.read() == b""
         assert process.wait(timeout=120) == 141
