@@ -23,7 +23,8 @@ MODEL, CONFIG, README = "model.safetensors", "config.json", "README.md"
 MAX_BYTES = 4 * 2**30
 LIMITS = (
     "Research on attacked perception. Small networks, trained briefly: they show how attacks act, "
-    "and drive no car. Metrics are those of the training's own validation frames."
+    "and drive no car. Metrics are those on "
+    "the frames that its scores were calibrated by, or else on its training's validation frames."
 )
 """What the weights that come with the package are for, and what not."""
 _AGAIN = "Fetch the whole repository again."

@@ -66,7 +66,7 @@ def network_page(card: dict[str, Any], file: Path) -> str:
     }
     commands = "\n".join(training["command"] for training in trainings)
     return (
-        f"# {file.stem}\n\n{_table(rows)}\n## On its validation frames\n\n"
+        f"# {file.stem}\n\n{_table(rows)}\n## Precision\n\n"
         f"{_table({_words(name): _figure(value) for name, value in card['metrics'].items()})}\n"
         f"## Commands\n\n```\n{commands}\n```\n\n{_limits(NETWORK_LIMITS, file)}"
     )
@@ -122,16 +122,14 @@ def agent_page(card: dict[str, Any], file: Path) -> str:
 
 
 def _data(data: dict[str, Any]) -> str:
-    """Training and validation sets, of detectors or of classifiers."""
+    """Sets for training, validation and calibration, of detectors or of classifiers."""
     if "sources" in data:
         sets = ", ".join(map(_one_set, data["sources"]))
         split = ", ".join(
             f"{part}: {data[part]['frames']} frames" for part in ("training", "validation")
         )
         return f"{sets}; {split}"
-    return "; ".join(
-        f"{part}: {', '.join(map(_one_set, data[part]))}" for part in ("training", "validation")
-    )
+    return "; ".join(f"{part}: {', '.join(map(_one_set, sets))}" for part, sets in data.items())
 
 
 def _arithmetic(card: dict[str, Any]) -> str:

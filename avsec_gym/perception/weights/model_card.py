@@ -15,7 +15,8 @@ class ModelCard:
         configuration: The configuration of the network.
         data: The data that the network was trained and validated on.
         training: Configuration of the training, seed among it.
-        metrics: The metrics on the validation data.
+        metrics: The metrics on the validation data, or on the frames that `avsec weights calibrate`
+            was given, which then are in `data`.
         beside: What was learned with the network and is no part of it, such as weights of losses.
         steps: The number of training steps.
         epochs: The number of epochs.

@@ -15,7 +15,7 @@ from avsec_gym.validation.connected.budget import Budget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import MergedProposals
 from avsec_gym.validation.connected.rays.claim_message import decode_claims, encode_claims
-from avsec_gym.validation.connected.rays.claims import Claims, claim
+from avsec_gym.validation.connected.rays.claims import Claims, claim, claimed_layers
 from avsec_gym.validation.connected.rays.decision import Decision, decide
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable
@@ -82,9 +82,7 @@ def exchange_rays(
         if read:
             claimed[number] = read[0]
             traffic.broadcast("claims", encode_claims(read[0]))
-    layers = np.zeros((len(regions), len(scans)), np.int64)
-    for number, claims in claimed.items():
-        layers[claims.region, number] = claims.layers(regions)
+    layers = claimed_layers(claimed, regions, len(scans))
     counts = np.zeros((len(regions), len(scans), len(scans), 3), np.int64)
     for witness, observer in enumerate(observers):
         blind = merged.stands_in(witness)

@@ -14,12 +14,24 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 Box = tuple[float, float, float]
 """x, y, heading of a car of 4.2 x 1.8 x 1.5 m in the world."""
 _SIZE = np.array([4.2, 1.8, 1.5])
+CARS: tuple[Box, ...] = (
+    (14, 3, -0.1),
+    (22, -3, 0.3),
+    (8, -6, 1.2),
+    (30, 7, -0.5),
+    (18, 9, 0.2),
+)
+"""A street on which a liar is searched for."""
 
 
 def pose_at(x: float, y: float, heading: float) -> np.ndarray:
     """Pose of a velodyne 1.73 m above the ground."""
     cos, sin = np.cos(heading), np.sin(heading)
     return np.array([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, 1.73], [0, 0, 0, 1]])
+
+
+POSES = (pose_at(0, 0, 0), pose_at(34, 2, np.pi), pose_at(14, -14, np.pi / 2))
+"""Of the three honest vehicles there."""
 
 
 def car_regions(*boxes: Box) -> Regions:

@@ -57,17 +57,9 @@ from avsec_gym.validation.connected.rays.witness_counts import (
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.vehicle import propose_regions
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from tests.validation.connected.conftest import Box, car_regions, pose_at, scan_of
+from tests.validation.connected.conftest import CARS, POSES, car_regions, scan_of
 
 _LIAR = 3
-_CARS: tuple[Box, ...] = (
-    (14, 3, -0.1),
-    (22, -3, 0.3),
-    (8, -6, 1.2),
-    (30, 7, -0.5),
-    (18, 9, 0.2),
-)
-_POSES = (pose_at(0, 0, 0), pose_at(34, 2, np.pi), pose_at(14, -14, np.pi / 2))
 _RATES, _RULE = RayRates(), DecisionRule()
 _THETA = 0.8
 
@@ -77,10 +69,10 @@ def scans() -> list[VehicleScan]:
     """Three honest vehicles that all see the same cars; their own poses are a little off."""
     random = np.random.default_rng(0)
     found = []
-    for pose in _POSES:
+    for pose in POSES:
         measured = pose.copy()
         measured[:2, 3] += random.normal(0, 0.2, 2)
-        found.append(VehicleScan(scan_of(pose, *_CARS).points, measured))
+        found.append(VehicleScan(scan_of(pose, *CARS).points, measured))
     return found
 
 
@@ -157,7 +149,7 @@ def _convicts(honest: list[Observer], region: Regions, author: int) -> bool:
 
 def _region(numbers: np.ndarray) -> Regions:
     """A region that the liar makes up, near a car, of eight numbers from 0 to 1."""
-    x, y, _ = _CARS[int(numbers[0] * 0.999 * len(_CARS))]
+    x, y, _ = CARS[int(numbers[0] * 0.999 * len(CARS))]
     centre = np.array([[x, y, 0.0]]) + (numbers[1:4] - 0.5) * np.array([6, 6, 1.5])
     size = 0.1 + numbers[4:7] * [6, 6, 3]
     return Regions(centre, size[None], np.array([numbers[7] * 2 * np.pi]))
@@ -227,7 +219,7 @@ def test_honest_regions_convict_no_honest_vehicle_even_with_the_liars_voice(
     proposer = ClusterProposer()
     messages = [propose_regions(number, scan, proposer) for number, scan in enumerate(scans)]
     # It proposes every car as well, a third of its length and width off.
-    shifted = car_regions(*_CARS)
+    shifted = car_regions(*CARS)
     shifted = Regions(
         shifted.centre + np.array([1.2, 0.5, 0.2]), shifted.size * 0.9, shifted.heading + 0.2
     )
@@ -237,7 +229,7 @@ def test_honest_regions_convict_no_honest_vehicle_even_with_the_liars_voice(
     regions = regions_in_world(complete.regions, complete.pose)
     proposals = {each.sender: regions_in_world(each.regions, each.pose) for each in taken}
     authors = lone_authors(regions, proposals)
-    assert len(regions) >= len(_CARS)
+    assert len(regions) >= len(CARS)
     for index, author in enumerate(authors):
         assert not _convicts(honest, regions[np.array([index])], int(author))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -110,6 +111,22 @@ class Claims:
         cos, sin = np.cos(grown.heading), np.sin(grown.heading)
         x, y, z = local.T
         return grown.centre + np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=1)
+
+
+def claimed_layers(
+    claimed: Mapping[int, Claims], regions: Regions, vehicles: int
+) -> NDArray[np.int64]:
+    """In how many layers of voxels each vehicle's claim lies, 0 without one, shape (R, V).
+
+    Args:
+        claimed: Claims by the numbers of vehicles.
+        regions: R regions that are claimed.
+        vehicles: V, the number of vehicles.
+    """
+    layers = np.zeros((len(regions), vehicles), np.int64)
+    for number, claims in claimed.items():
+        layers[claims.region, number] = claims.layers(regions)
+    return layers
 
 
 def grid_shapes(size: Floats) -> NDArray[np.int64]:

@@ -20,7 +20,7 @@ from avsec_gym.validation.connected.base_station import complete_set_of_regions
 from avsec_gym.validation.connected.merging import regions_in_world
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
 from avsec_gym.validation.connected.rays.claim_message import decode_claims, encode_claims
-from avsec_gym.validation.connected.rays.claims import claim
+from avsec_gym.validation.connected.rays.claims import claim, claimed_layers
 from avsec_gym.validation.connected.rays.decision import DecisionRule, decide
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.rays.rates import RayRates
@@ -91,9 +91,7 @@ def judge_instant(
     for (witness, about), seen in said.items():
         kept = admitted_counts(seen, claimed[about])
         counts[kept.region, about, witness] = kept.counts
-    layers = np.zeros(counts.shape[:2], np.int64)
-    for sender, each in claimed.items():
-        layers[each.region, sender] = each.layers(regions)
+    layers = claimed_layers(claimed, regions, counts.shape[1])
     proposals = {each.sender: regions_in_world(each.regions, each.pose) for each in taken}
     named = upheld_by_rays(
         decide(counts, rates, rule), counts, layers, lone_authors(regions, proposals), rates, rule

@@ -21,16 +21,8 @@ from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.traffic import MessageKind
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from tests.validation.connected.conftest import Box, pose_at, scan_of
+from tests.validation.connected.conftest import CARS, POSES, scan_of
 
-_CARS: tuple[Box, ...] = (
-    (14, 3, -0.1),
-    (22, -3, 0.3),
-    (8, -6, 1.2),
-    (30, 7, -0.5),
-    (18, 9, 0.2),
-)
-_POSES = (pose_at(0, 0, 0), pose_at(34, 2, np.pi), pose_at(14, -14, np.pi / 2))
 _LIAR = 3
 _FOUND = np.concatenate(
     [
@@ -54,10 +46,10 @@ def street() -> Search:
     scans, targets = [], []
     proposed: dict[int, Regions] = {}
     usual = ClusterProposer()
-    for pose in _POSES:
+    for pose in POSES:
         measured = pose.copy()
         measured[:2, 3] += random.normal(0, 0.2, 2)
-        scans.append(VehicleScan(scan_of(pose, *_CARS).points, measured))
+        scans.append(VehicleScan(scan_of(pose, *CARS).points, measured))
         regions = proposed[len(scans[-1].points)] = usual(scans[-1].points)
         targets.append(regions_in_world(regions, measured))
     scans.append(VehicleScan(np.zeros((0, 4), np.float32), np.eye(4)))
