@@ -156,7 +156,8 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
             for metric, title in _SHOWN.items():
                 if any(metric in row for row in curve["metrics"]):
                     right.plot(*_points(curve["metrics"], metric), marker=".", lw=1.4, label=title)
-            right.set_title(f"{name}: validation, %", loc="left", size=9)
+            known = "%" if right.lines else "none on the way"
+            right.set_title(f"{name}: validation, {known}", loc="left", size=9)
             right.set_ylim(0, 1.05 * max(right.dataLim.y1, 1.0))
             for axes in (left, right):
                 for step in curve.get("begins", ()):
@@ -164,6 +165,8 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
             if right.lines:
                 # Beside the panel: curves may run anywhere in it.
                 right.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(1, 1))
+            else:
+                right.set_axis_off()
         for axes in panels[-1]:
             axes.set_xlabel("steps")
     return figure
