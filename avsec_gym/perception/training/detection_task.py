@@ -1,18 +1,17 @@
-"""The task of a stereo detector: its own losses, and average precision on other frames."""
+"""What tasks of stereo and image detectors share: their network, validation and precision."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.frame import SensorFrame
-from avsec_gym.perception.stereo_batch import StereoBatch
+from avsec_gym.metrics.average_precision import LOW_IOU, MinIou
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.precision import precision
 from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
@@ -20,13 +19,10 @@ from avsec_gym.perception.training.stereo_samples import StereoSamples
 from avsec_gym.perception.training.stereo_task import StereoTask
 
 _VALIDATION_BATCH = 4
-_MEASURES = (
-    "3d_ap11", "3d_ap40", "3d_ap11_easy", "3d_ap11_hard", "bev_ap11", "2d_ap11", "3d_ap11_iou50",
-)  # fmt: skip
 
 
 class TrainableDetector(Protocol):
-    """What of a detector is needed here; see `DifferentiableDetector`."""
+    """What of a detector is needed by every task; see `DifferentiableDetector`."""
 
     name: str
 
@@ -40,19 +36,14 @@ class TrainableDetector(Protocol):
         """A dataclass with an `input_size`."""
         ...
 
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        """The objects of a frame."""
-        ...
 
-    def losses(
-        self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None
-    ) -> dict[str, Tensor]:
-        """The terms of the loss."""
-        ...
+Detector = TypeVar("Detector", bound=TrainableDetector)
 
 
-class DetectionTask(StereoTask):
-    """A `Task`.
+class DetectionTask(StereoTask, Generic[Detector]):
+    """The part of a `Task` that does not depend on what of a pair a detector takes.
+
+    A task states its measures, its `losses`, and how detections of a validation batch are `found`.
 
     Args:
         detector: The detector, whose network is trained in place.
@@ -63,9 +54,14 @@ class DetectionTask(StereoTask):
         data: JSON-able: what the samples are.
     """
 
+    leading_measure: str
+    """By which the best weights are chosen; see `precision`."""
+    measures: tuple[str, ...]
+    """All that a validation reports; see `precision`."""
+
     def __init__(
         self,
-        detector: TrainableDetector,
+        detector: Detector,
         categories: Sequence[str],
         training: StereoSamples,
         validation: StereoSamples,
@@ -80,7 +76,7 @@ class DetectionTask(StereoTask):
         if isinstance(weights, nn.Module):
             parts = {"network": self.network, "term_weights": weights.requires_grad_(True)}
             self.trained = nn.ModuleDict(parts)
-        self.leading_metric = f"{categories[0]}_3d_ap40"
+        self.leading_metric = f"{categories[0]}_{self.leading_measure}"
         self._detector = detector
         self._categories = tuple(categories)
 
@@ -97,23 +93,37 @@ class DetectionTask(StereoTask):
 
     def losses(self, batch: StereoSampleBatch) -> dict[str, Tensor]:
         """See `Task`."""
-        return self._detector.losses(batch.stereo, batch.truth, batch.disparity)
+        raise NotImplementedError
+
+    def found(self, batch: StereoSampleBatch, indices: Sequence[int]) -> list[Boxes3D]:
+        """Detections of validation samples, in the cameras' own pixels.
+
+        Args:
+            batch: The samples as the network takes them, on its device.
+            indices: The indices of the samples.
+        """
+        raise NotImplementedError
+
+    def easier(self, category: str) -> MinIou:
+        """The overlaps that count in measures on ``iou50``: 0.5 for cars."""
+        return LOW_IOU
 
     def validate(self) -> dict[str, float]:
         """Average precision (percent, moderate, unless named otherwise), and the loss.
 
-        ``..._iou50`` stands for the easier thresholds `LOW_IOU`, 0.5 for cars.
+        ``..._iou50`` stands for the `easier` overlaps.
         """
+        device = next(self.network.parameters()).device
         found: list[Boxes3D] = []
-        losses = 0.0
+        loss = 0.0
         for indices in self._validation.groups(_VALIDATION_BATCH):
-            batch = sample_batch([self._validation[index] for index in indices])
-            losses += self._total_loss(batch) * len(indices)
-            # Detectors may look closer at the cameras' own pixels than their networks do.
-            found += [self._detector.detect(self._validation.frame(index)) for index in indices]
+            batch = sample_batch([self._validation[index] for index in indices]).to(device)
+            terms = self.losses(batch).values()
+            loss += float(torch.stack([term.detach() for term in terms]).sum()) * len(indices)
+            found += self.found(batch, indices)
         return {
             **self._precision(found),
-            "loss": losses / len(found),
+            "loss": loss / len(found),
             "detections_per_frame": float(np.mean([len(boxes) for boxes in found])),
         }
 
@@ -126,13 +136,9 @@ class DetectionTask(StereoTask):
             "data": self._data,
         }
 
-    def _total_loss(self, batch: StereoSampleBatch) -> float:
-        device = next(self.network.parameters()).device
-        terms = self.losses(batch.to(device)).values()
-        return float(torch.stack([term.detach() for term in terms]).sum())
-
     def _precision(self, found: Sequence[Boxes3D]) -> dict[str, float]:
         metrics: dict[str, float] = {}
         for category in self._categories:
-            metrics |= precision(self._validation.labels, found, category, _MEASURES)
+            labels, easier = self._validation.labels, self.easier(category)
+            metrics |= precision(labels, found, category, self.measures, easier)
         return metrics

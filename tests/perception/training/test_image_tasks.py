@@ -54,7 +54,7 @@ def _task(name: str, folder: Path, cache: Path) -> ImageDetectionTask:
     detector: FasterRcnnDetector | YoloDetector = (
         YoloDetector(NARROW_YOLO) if name == "yolo" else FasterRcnnDetector(NARROW_RCNN)
     )
-    return ImageDetectionTask(detector, parts[0], parts[1], Augmentation(), {})
+    return ImageDetectionTask(detector, ("Car",), parts[0], parts[1], Augmentation(), {})
 
 
 @pytest.mark.parametrize("name", ["faster_rcnn", "yolo"])
@@ -79,7 +79,9 @@ def test_the_truth_as_detections_is_perfect(spot_folder: Path, tmp_path: Path) -
         image_boxes(box, np.ones(len(box)), ["Car"] * len(box))
         for _, box in zip(images, truth, strict=False)
     ]
-    metrics = ImageDetectionTask(detector, samples, samples, Augmentation(), {}).validate()
+    metrics = ImageDetectionTask(
+        detector, ("Car",), samples, samples, Augmentation(), {}
+    ).validate()
     assert metrics["Car_2d_ap40"] == metrics["Car_2d_ap40_iou50"]
     perfect = average_precision(samples.labels, samples.labels, classes=("Car",))
     assert metrics["Car_2d_ap11"] == perfect.value("Car", "2d") > 0

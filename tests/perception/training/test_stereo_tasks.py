@@ -26,9 +26,9 @@ from avsec_gym.perception.nn.pyramid_pooling import FeatureConfiguration
 from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import Augmentation, TrainingConfiguration
 from avsec_gym.perception.training.curves import read_curves
-from avsec_gym.perception.training.detection_task import DetectionTask
 from avsec_gym.perception.training.disparity_task import DisparityTask, disparity_errors
 from avsec_gym.perception.training.stereo_samples import StereoSamples, prepare_samples
+from avsec_gym.perception.training.stereo_tasks import StereoDetectionTask
 from avsec_gym.perception.training.task import Task
 from avsec_gym.perception.training.trainer import train
 from avsec_gym.perception.training.training_data import training_data
@@ -84,7 +84,7 @@ def samples(spot_folder: Path, tmp_path: Path) -> Data:
 
 def dsgn(data: Data) -> Task:  # type: ignore[type-arg]
     torch.manual_seed(0)
-    return DetectionTask(DsgnDetector(DSGN), ("Car",), *data, Augmentation(), {})
+    return StereoDetectionTask(DsgnDetector(DSGN), ("Car",), *data, Augmentation(), {})
 
 
 def dsgn_of_a_cpu(data: Data) -> Task:  # type: ignore[type-arg]
@@ -94,12 +94,12 @@ def dsgn_of_a_cpu(data: Data) -> Task:  # type: ignore[type-arg]
         DSGN, angles=2, half_turns=True, fit=True, depth_loss="planes", object_pixels=8.0,
         correlation_groups=4, volume_channels=4, volume_begins_with_hourglass=True,
     )  # fmt: skip
-    return DetectionTask(DsgnDetector(configuration), ("Car",), *data, Augmentation(), {})
+    return StereoDetectionTask(DsgnDetector(configuration), ("Car",), *data, Augmentation(), {})
 
 
 def stereo_rcnn(data: Data) -> Task:  # type: ignore[type-arg]
     torch.manual_seed(0)
-    return DetectionTask(StereoRcnnDetector(RCNN), ("Car",), *data, Augmentation(), {})
+    return StereoDetectionTask(StereoRcnnDetector(RCNN), ("Car",), *data, Augmentation(), {})
 
 
 def psmnet(data: Data) -> Task:  # type: ignore[type-arg]
