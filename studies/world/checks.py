@@ -9,8 +9,8 @@ Run ``python -m studies.world.checks --frames 50``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -38,28 +38,72 @@ _MARGIN = 0.06
 _GROUND = (Surface.ROAD, Surface.PARKING, Surface.CYCLE_PATH, Surface.PAVEMENT)
 
 
-def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
-    """All checks of one scene.
+@dataclass(frozen=True)
+class SceneChecks:
+    """All checks of one scene."""
 
-    Returns:
-        JSON-able: ``gaps`` between the middles of actors and the ground, metres; ``feet``, the
-        smallest and the largest gap of the points where each stands; ``overlaps``, pairs of
-        actors that share ground; ``pierced``, actors with scenery inside; ``contact``, for each
-        actor in the sun the share of its contact points whose shadow begins at them; ``repeat``,
-        see `texture_repeat`; ``horizon``, see `horizon_error`.
-    """
+    gaps: list[float]
+    """Between the middles of actors and the ground, metres."""
+    feet: list[list[float]]
+    """The smallest and the largest gap of the points where each actor stands, metres."""
+    overlaps: list[list[int]]
+    """Pairs of actors that share ground."""
+    pierced: list[int]
+    """Actors with scenery inside."""
+    contact: list[float]
+    """For each actor in the sun the share of its contact points whose shadow begins at them."""
+    repeat: float | None
+    """See `texture_repeat`."""
+    horizon: float | None
+    """Pixels; see `horizon_error`."""
+
+
+@dataclass(frozen=True)
+class FailingFrames:
+    """The frames that fail a check, by number."""
+
+    gaps: list[int]
+    feet: list[int]
+    overlaps: list[int]
+    pierced: list[int]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """How many things fail each check, and the worst of each; see `SceneChecks`."""
+
+    frames: int
+    actors: int
+    floating: int
+    sunk: int
+    feet_in_the_ground: int
+    feet_in_the_air: int
+    overlapping_pairs: int
+    pierced: int
+    contact_shadows: float | None
+    """The share of actors in the sun whose shadow begins where they stand."""
+    contact_shadow_median: float | None
+    largest_repeat: float | None
+    repeating: int
+    horizon_error: float | None
+    largest_horizon_error: float | None
+    by_frame: FailingFrames
+
+
+def measure(posed: PosedScene, capture: Capture) -> SceneChecks:
+    """All checks of one scene."""
     actors = posed.instant.actors
     bare = posed.built.renderer(actors.pick(np.array([0])), 0)
     others = range(1, len(actors))
-    return {
-        "gaps": [round(ground_gap(bare.scene, actors, index), 4) for index in others],
-        "feet": [feet_gaps(bare.scene, actors, index) for index in others],
-        "overlaps": overlapping(actors),
-        "pierced": [index for index in others if is_pierced(bare.scene, actors, index)],
-        "contact": contact_shadows(posed),
-        "repeat": texture_repeat(bare, posed),
-        "horizon": horizon_error(posed, capture),
-    }
+    return SceneChecks(
+        gaps=[round(ground_gap(bare.scene, actors, index), 4) for index in others],
+        feet=[feet_gaps(bare.scene, actors, index) for index in others],
+        overlaps=overlapping(actors),
+        pierced=[index for index in others if is_pierced(bare.scene, actors, index)],
+        contact=contact_shadows(posed),
+        repeat=texture_repeat(bare, posed),
+        horizon=horizon_error(posed, capture),
+    )
 
 
 def ground_gap(scene: RayScene, actors: Actors, index: int) -> float:
@@ -174,51 +218,51 @@ def _rays(starts: Floats, direction: Floats | Float32s) -> tuple[Float32s, Float
     return origins, directions
 
 
-def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def summary(rows: Sequence[SceneChecks]) -> Checked:
     """How many things fail each check, and the worst of each.
 
     Args:
         rows: The rows of `measure`.
     """
-    gaps = np.array([gap for row in rows for gap in row["gaps"]])
-    feet = np.array([pair for row in rows for pair in row["feet"]]).reshape(-1, 2)
-    contact = np.array([share for row in rows for share in row["contact"]])
-    repeat = np.array([row["repeat"] for row in rows if row["repeat"] is not None])
-    horizon = np.array([row["horizon"] for row in rows if row["horizon"] is not None])
-    return {
-        "frames": len(rows),
-        "actors": len(gaps),
-        "floating": int((gaps > LARGEST_GAP).sum()),
-        "sunk": int((gaps < -LARGEST_GAP).sum()),
-        "feet_in_the_ground": int((feet[:, 0] < DEEPEST_FOOT).sum()),
-        "feet_in_the_air": int((feet[:, 1] > HIGHEST_FOOT).sum()),
-        "overlapping_pairs": sum(len(row["overlaps"]) for row in rows),
-        "pierced": sum(len(row["pierced"]) for row in rows),
-        "contact_shadows": _share_above(contact, 0.9),
-        "contact_shadow_median": float(np.median(contact)) if len(contact) else None,
-        "largest_repeat": float(repeat.max()) if len(repeat) else None,
-        "repeating": int((repeat > LARGEST_REPEAT).sum()),
-        "horizon_error": float(np.median(horizon)) if len(horizon) else None,
-        "largest_horizon_error": float(horizon.max()) if len(horizon) else None,
-        "by_frame": {
-            "gaps": _frames(rows, lambda row: any(abs(g) > LARGEST_GAP for g in row["gaps"])),
-            "feet": _frames(
+    gaps = np.array([gap for row in rows for gap in row.gaps])
+    feet = np.array([pair for row in rows for pair in row.feet]).reshape(-1, 2)
+    contact = np.array([share for row in rows for share in row.contact])
+    repeat = np.array([row.repeat for row in rows if row.repeat is not None])
+    horizon = np.array([row.horizon for row in rows if row.horizon is not None])
+    return Checked(
+        frames=len(rows),
+        actors=len(gaps),
+        floating=int((gaps > LARGEST_GAP).sum()),
+        sunk=int((gaps < -LARGEST_GAP).sum()),
+        feet_in_the_ground=int((feet[:, 0] < DEEPEST_FOOT).sum()),
+        feet_in_the_air=int((feet[:, 1] > HIGHEST_FOOT).sum()),
+        overlapping_pairs=sum(len(row.overlaps) for row in rows),
+        pierced=sum(len(row.pierced) for row in rows),
+        contact_shadows=_share_above(contact, 0.9),
+        contact_shadow_median=float(np.median(contact)) if len(contact) else None,
+        largest_repeat=float(repeat.max()) if len(repeat) else None,
+        repeating=int((repeat > LARGEST_REPEAT).sum()),
+        horizon_error=float(np.median(horizon)) if len(horizon) else None,
+        largest_horizon_error=float(horizon.max()) if len(horizon) else None,
+        by_frame=FailingFrames(
+            gaps=_frames(rows, lambda row: any(abs(gap) > LARGEST_GAP for gap in row.gaps)),
+            feet=_frames(
                 rows,
                 lambda row: any(
-                    low < DEEPEST_FOOT or high > HIGHEST_FOOT for low, high in row["feet"]
+                    low < DEEPEST_FOOT or high > HIGHEST_FOOT for low, high in row.feet
                 ),
             ),
-            "overlaps": _frames(rows, lambda row: row["overlaps"]),
-            "pierced": _frames(rows, lambda row: row["pierced"]),
-        },
-    }
+            overlaps=_frames(rows, lambda row: bool(row.overlaps)),
+            pierced=_frames(rows, lambda row: bool(row.pierced)),
+        ),
+    )
 
 
 def _share_above(values: Floats, bound: float) -> float | None:
     return float((values > bound).mean()) if len(values) else None
 
 
-def _frames(rows: Sequence[dict[str, Any]], fails: Any) -> list[int]:
+def _frames(rows: Sequence[SceneChecks], fails: Callable[[SceneChecks], bool]) -> list[int]:
     return [number for number, row in enumerate(rows) if fails(row)]
 
 

@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.console import progress
+from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.world.capture import Capture
+from avsec_gym.world.posed_scenes import PosedScene
 from studies.answer import answer
 from studies.world.frames import (
     SUITES,
     Measure,
     MeasuredFrames,
+    MeasuredRows,
+    Row,
     Scenes,
     SuiteScenes,
     measured,
 )
 
-Rows = list[dict[str, Any]]
-
 
 def command(
     what: str | None,
     arguments: Sequence[str] | None,
-    run: Callable[[argparse.Namespace], Mapping[str, Any]],
+    run: Callable[[argparse.Namespace], object],
     *,
     frames: int = 100,
     add_arguments: Callable[[argparse.ArgumentParser], None] | None = None,
@@ -34,7 +36,7 @@ def command(
     Args:
         what: Documentation of the module.
         arguments: Words of the command line; those of the process if None.
-        run: The function from the options to the result.
+        run: The function from the options to the result, a dataclass.
         frames: How many by default.
         add_arguments: Adds options of its own.
 
@@ -52,7 +54,7 @@ def command(
     if add_arguments is not None:
         add_arguments(parser)
     options = parser.parse_args(arguments)
-    return answer(options, run)
+    return answer(options, lambda chosen: as_json(run(chosen)))
 
 
 def measure_all(
@@ -61,7 +63,7 @@ def measure_all(
     images: bool = True,
     scenes: Scenes | None = None,
     frames: int | None = None,
-) -> dict[str, Rows]:
+) -> MeasuredRows:
     """The rows of measures, of the frames that the options name; see `measured`.
 
     Args:
@@ -77,7 +79,11 @@ def measure_all(
         return measured(recipe, workers=options.workers, rows=options.rows, on_progress=shown)
 
 
-def measure_one(options: argparse.Namespace, measure: Measure, *, images: bool = True) -> Rows:
+def measure_one(
+    options: argparse.Namespace,
+    measure: Callable[[PosedScene, Capture], Row],
+    *,
+    images: bool = True,
+) -> list[Row]:
     """The rows of one measure."""
-    (rows,) = measure_all(options, measure, images=images).values()
-    return rows
+    return measure_all(options, measure, images=images).of(measure)

@@ -9,17 +9,14 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from studies.world import checks, images, labels, occlusion, scans, stereo
 from studies.world.command import command, measure_all
 from studies.world.figures import draw_labels, draw_scans, draw_stereo
-from studies.world.page import page
-
-_OF_IMAGES = (stereo, scans, images)
+from studies.world.page import WorldEvidence, page
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> WorldEvidence:
     """Measure everything; write the page and its figures.
 
     The frames are rendered once for all that needs images, and once for the rest.
@@ -30,26 +27,26 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """
     kitti = options.kitti
     real_labels = labels.real_sample(labels.required(kitti))
-    seen = measure_all(options, *(module.measure for module in _OF_IMAGES))
+    seen = measure_all(options, stereo.measure, scans.measure, images.measure)
     known = measure_all(
         options, labels.measure, images=False, frames=max(options.frames, options.labels)
     )
     checked = measure_all(options, checks.measure, images=False, frames=options.checks)
-    real_pairs = stereo.real_pairs(kitti)
-    result = {
-        "suite": options.suite,
-        "seed": options.seed,
-        "stereo": stereo.summary(seen["stereo"], real_pairs),
-        "scans": scans.summary(seen["scans"], scans.real_scans(kitti)),
-        "images": images.summary(seen["images"], images.real_images(kitti)),
-        "labels": labels.summary(known["labels"], real_labels),
-        "occlusion": occlusion.calibrate(options, options.twins),
-        "checks": checks.summary(checked["checks"]),
-    }
+    pairs = seen.of(stereo.measure)
+    result = WorldEvidence(
+        suite=options.suite,
+        seed=options.seed,
+        stereo=stereo.summary(pairs, stereo.real_pairs(kitti)),
+        scans=scans.summary(seen.of(scans.measure), scans.real_scans(kitti)),
+        images=images.summary(seen.of(images.measure), images.real_images(kitti)),
+        labels=labels.summary(known.of(labels.measure), real_labels),
+        occlusion=occlusion.calibrate(options, options.twins),
+        checks=checks.summary(checked.of(checks.measure)),
+    )
     options.images.mkdir(parents=True, exist_ok=True)
-    draw_stereo(seen["stereo"], result["stereo"]["real"], options.images / "world_stereo.png")
-    draw_scans(result["scans"], options.images / "world_scans.png")
-    draw_labels(result["labels"], options.images / "world_labels.png")
+    draw_stereo(pairs, result.stereo.real, options.images / "world_stereo.png")
+    draw_scans(result.scans, options.images / "world_scans.png")
+    draw_labels(result.labels, options.images / "world_labels.png")
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "world.md").write_text(page(result))
     return result

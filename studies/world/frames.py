@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar, get_type_hints
 
 import numpy as np
 
+from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
@@ -28,9 +29,10 @@ from avsec_gym.world.textures.library import cache_folder
 SUITES = {"street": RoadType.STREET, "highway": RoadType.HIGHWAY, "mixed": None}
 """Those whose frames are layouts, and their road type."""
 
-Measure = Callable[[PosedScene, Capture], dict[str, Any]]
-"""Takes a scene and what the sensors deliver of it; returns something JSON-able.  A function of a
-module, whose name is its key in the rows."""
+Measure = Callable[[PosedScene, Capture], object]
+"""Takes a scene and what the sensors deliver of it; returns a row, a dataclass that its annotation
+names.  A function of a module, whose name is the row's key in the files."""
+Row = TypeVar("Row")
 
 
 class Scenes(Protocol):
@@ -129,7 +131,7 @@ class MeasuredFrames:
             if self.images
             else render(posed, cameras=(), lidar=None)
         )
-        row = {name_of(measure): measure(posed, capture) for measure in self.measures}
+        row = {name_of(each): row_json(each(posed, capture)) for each in self.measures}
         write_text(root / self.last_file(number), json.dumps(row, allow_nan=False) + "\n")
         return []
 
@@ -142,13 +144,26 @@ def name_of(measure: Measure) -> str:
     return Path(inspect.getfile(measure)).stem
 
 
+@dataclass(frozen=True)
+class MeasuredRows:
+    """The files of `MeasuredFrames`, read."""
+
+    files: Sequence[Mapping[str, Mapping[str, Any]]]
+    """For each frame the rows of its measures, by their names."""
+
+    def of(self, measure: Callable[[PosedScene, Capture], Row]) -> list[Row]:
+        """The rows of one measure, frame by frame."""
+        kind: type[Row] = get_type_hints(measure)["return"]
+        return [row_of(kind, rows[name_of(measure)]) for rows in self.files]
+
+
 def measured(
     recipe: MeasuredFrames,
     *,
     workers: int | None = None,
     rows: Path | None = None,
     on_progress: Progress | None = None,
-) -> dict[str, list[dict[str, Any]]]:
+) -> MeasuredRows:
     """Every measure's rows; what is there already is not measured again.
 
     Args:
@@ -164,20 +179,29 @@ def measured(
     key = hashlib.sha256(settings.encode()).hexdigest()[:16]
     root = (cache_folder() / "measurements" if rows is None else rows) / key
     make_data_set(recipe, root, workers=workers, on_progress=on_progress)
-    found = [
-        read_json_object(root / recipe.last_file(i), remedy="Remove it: it is made anew.")
-        for i in range(len(recipe))
-    ]
-    return {
-        name_of(measure): [row[name_of(measure)] for row in found] for measure in recipe.measures
-    }
+    return MeasuredRows(
+        [
+            read_json_object(root / recipe.last_file(i), remedy="Remove it: it is made anew.")
+            for i in range(len(recipe))
+        ]
+    )
 
 
-def quantiles(values: Sequence[float | None]) -> dict[str, float | None]:
+@dataclass(frozen=True)
+class Spread:
     """Mean and percentiles of what is known; None where nothing is."""
+
+    mean: float | None = None
+    p5: float | None = None
+    p25: float | None = None
+    p50: float | None = None
+    p75: float | None = None
+    p95: float | None = None
+
+
+def quantiles(values: Sequence[float | None]) -> Spread:
+    """The spread of the values that are known."""
     known = [value for value in values if value is not None]
-    names = ("p5", "p25", "p50", "p75", "p95")
     if not known:
-        return dict.fromkeys(("mean", *names))
-    found = np.percentile(known, [5, 25, 50, 75, 95])
-    return {"mean": float(np.mean(known)), **dict(zip(names, map(float, found), strict=True))}
+        return Spread()
+    return Spread(float(np.mean(known)), *map(float, np.percentile(known, [5, 25, 50, 75, 95])))

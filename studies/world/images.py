@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -48,6 +48,32 @@ _BLOCK = 12
 _DARK, _BRIGHT = (25.0, 75.0), (100.0, 200.0)
 _NOISE = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32) / 6.0
 """Passes white noise at its strength and takes away edges and slopes (Immerkaer 1996)."""
+
+
+@dataclass(frozen=True)
+class ImageNumbers:
+    """A rendered image in numbers, see `QUANTITIES`; what is not known is None."""
+
+    values: Mapping[str, float | None]
+
+
+@dataclass(frozen=True)
+class ImageQuantity:
+    """Mean and standard deviation of a quantity over rendered and over real images."""
+
+    title: str
+    ours: tuple[float, float] | None
+    real: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class ImageComparison:
+    """Rendered images beside real ones."""
+
+    frames: int
+    real_frames: list[str]
+    quantities: Mapping[str, ImageQuantity]
+    """By the names of `QUANTITIES`."""
 
 
 def statistics(image: Image) -> dict[str, float]:
@@ -102,12 +128,12 @@ def _blocks(values: np.ndarray) -> np.ndarray:
     return np.asarray(parts.reshape(-1, _BLOCK**2))
 
 
-def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
-    """Of a rendered frame's left colour image; what is not known is None."""
+def measure(posed: PosedScene, capture: Capture) -> ImageNumbers:
+    """Of a rendered frame's left colour image."""
     return _known(statistics(capture.images[2]))
 
 
-def real_images(kitti: Path) -> dict[str, dict[str, Any]]:
+def real_images(kitti: Path) -> dict[str, ImageNumbers]:
     """Of real left colour images, by frame.
 
     Raises:
@@ -119,36 +145,31 @@ def real_images(kitti: Path) -> dict[str, dict[str, Any]]:
     return {id: _known(statistics(data.frame(id).image(2))) for id in ids}
 
 
-def _known(values: Mapping[str, float]) -> dict[str, float | None]:
-    return {name: None if np.isnan(value) else value for name, value in values.items()}
+def _known(values: Mapping[str, float]) -> ImageNumbers:
+    return ImageNumbers({name: None if np.isnan(v) else v for name, v in values.items()})
 
 
-def summary(
-    rows: Sequence[Mapping[str, Any]], real: Mapping[str, Mapping[str, Any]]
-) -> dict[str, Any]:
-    """Mean and spread of both, and how many real spreads apart they are.
+def summary(rows: Sequence[ImageNumbers], real: Mapping[str, ImageNumbers]) -> ImageComparison:
+    """Mean and spread of both.
 
     Args:
         rows: The rows of `measure`.
         real: The result of `real_images`.
     """
-    return {
-        "frames": len(rows),
-        "real_frames": sorted(real),
-        "quantities": {
-            name: {
-                "title": title,
-                "ours": _mean_and_spread([row[name] for row in rows]),
-                "real": _mean_and_spread([row[name] for row in real.values()]),
-            }
-            for name, title in QUANTITIES.items()
-        },
+    quantities = {
+        name: ImageQuantity(
+            title,
+            ours=_mean_and_spread([row.values[name] for row in rows]),
+            real=_mean_and_spread([row.values[name] for row in real.values()]),
+        )
+        for name, title in QUANTITIES.items()
     }
+    return ImageComparison(len(rows), sorted(real), quantities)
 
 
-def _mean_and_spread(values: Sequence[float | None]) -> list[float] | None:
+def _mean_and_spread(values: Sequence[float | None]) -> tuple[float, float] | None:
     known = [value for value in values if value is not None]
-    return [float(np.mean(known)), float(np.std(known))] if known else None
+    return (float(np.mean(known)), float(np.std(known))) if known else None
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

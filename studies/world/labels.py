@@ -10,8 +10,9 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from avsec_gym.world.capture import Capture
 from avsec_gym.world.posed_scenes import PosedScene
 from studies.world.command import command, measure_one
 from studies.world.frames import quantiles
+from studies.world.layout_comparison import ObjectsPerFrame, objects_per_frame
 from studies.world.layout_quantities import (
     CATEGORIES,
     OBSTACLES,
@@ -30,26 +32,72 @@ from studies.world.layout_quantities import (
     Quantity,
     Sample,
 )
-from studies.world.layout_statistics import objects_per_frame
 
 _NUMBERS = ("location", "dimensions", "rotation_y", "box2d", "truncation", "occlusion", "alpha")
 
 
-def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
+@dataclass(frozen=True)
+class FrameLabels:
+    """The labels of a rendered frame as lists; see `Boxes3D`."""
+
+    location: list[list[float]]
+    dimensions: list[list[float]]
+    rotation_y: list[float]
+    box2d: list[list[float]]
+    truncation: list[float]
+    occlusion: list[float]
+    alpha: list[float]
+    category: list[str]
+
+
+@dataclass(frozen=True)
+class LabelQuantity:
+    """How far rendered and real labels are apart in a quantity."""
+
+    title: str
+    kind: Literal["wasserstein", "variation"]
+    unit: str
+    """Of the distance; empty for a total variation."""
+    distance: float | None
+    yardstick: float | None
+    """The distance that chance alone makes: of random real frames, as many as rendered ones."""
+    mean_ours: float | None
+    mean_kitti: float | None
+    edges: list[float]
+    """Of the histograms."""
+    ours: list[float]
+    """The share in each bin."""
+    kitti: list[float]
+
+
+@dataclass(frozen=True)
+class LabelComparison:
+    """Everything that is compared."""
+
+    frames: int
+    kitti_frames: int
+    categories: list[str]
+    objects_per_frame: ObjectsPerFrame
+    quantities: Mapping[str, LabelQuantity]
+    """By the names of `COMPARED`."""
+
+
+def measure(posed: PosedScene, capture: Capture) -> FrameLabels:
     """The labels as lists."""
     boxes = capture.labels.boxes
     numbers = {name: np.round(getattr(boxes, name), 4).tolist() for name in _NUMBERS}
-    return {**numbers, "category": boxes.category.tolist()}
+    return FrameLabels(**numbers, category=boxes.category.tolist())
 
 
-def boxes_of(row: Mapping[str, Any]) -> Boxes3D:
+def boxes_of(row: FrameLabels) -> Boxes3D:
     """The inverse of `measure`."""
-    count = len(row["category"])
+    count = len(row.category)
     tails = {"location": (3,), "dimensions": (3,), "box2d": (4,)}
     columns = {
-        name: np.asarray(row[name], float).reshape(count, *tails.get(name, ())) for name in _NUMBERS
+        name: np.asarray(getattr(row, name), float).reshape(count, *tails.get(name, ()))
+        for name in _NUMBERS
     }
-    return Boxes3D(**columns, score=np.ones(count), category=np.asarray(row["category"], np.str_))
+    return Boxes3D(**columns, score=np.ones(count), category=np.asarray(row.category, np.str_))
 
 
 def real_sample(kitti: Path) -> Sample:
@@ -94,7 +142,7 @@ COMPARED: dict[str, Quantity] = {
 """What is compared; of vehicles (car, van, truck, misc) unless the title states otherwise."""
 
 
-def compare(ours: Sample, kitti: Sample, splits: int = 10) -> dict[str, Any]:
+def compare(ours: Sample, kitti: Sample, splits: int = 10) -> dict[str, LabelQuantity]:
     """Distances in every quantity, beside the distances that chance alone makes.
 
     Args:
@@ -109,18 +157,18 @@ def compare(ours: Sample, kitti: Sample, splits: int = 10) -> dict[str, Any]:
     for name, quantity in COMPARED.items():
         mine, real = quantity.measure(ours), quantity.measure(kitti)
         by_chance = [_distance(quantity, quantity.measure(part), real) for part in parts]
-        result[name] = {
-            "title": quantity.title,
-            "kind": quantity.kind,
-            "unit": quantity.unit if quantity.kind == "wasserstein" else "",
-            "distance": _distance(quantity, mine, real),
-            "yardstick": quantiles(by_chance)["mean"],
-            "mean_ours": quantiles(mine.tolist())["mean"],
-            "mean_kitti": quantiles(real.tolist())["mean"],
-            "edges": quantity.edges.tolist(),
-            "ours": _shares(mine, quantity),
-            "kitti": _shares(real, quantity),
-        }
+        result[name] = LabelQuantity(
+            title=quantity.title,
+            kind=quantity.kind,
+            unit=quantity.unit if quantity.kind == "wasserstein" else "",
+            distance=_distance(quantity, mine, real),
+            yardstick=quantiles(by_chance).mean,
+            mean_ours=quantiles(mine.tolist()).mean,
+            mean_kitti=quantiles(real.tolist()).mean,
+            edges=quantity.edges.tolist(),
+            ours=_shares(mine, quantity),
+            kitti=_shares(real, quantity),
+        )
     return result
 
 
@@ -134,7 +182,7 @@ def _shares(samples: Floats, quantity: Quantity) -> list[float]:
     return (counts / max(len(samples), 1)).round(5).tolist()
 
 
-def summary(rows: Sequence[Mapping[str, Any]], kitti: Sample) -> dict[str, Any]:
+def summary(rows: Sequence[FrameLabels], kitti: Sample) -> LabelComparison:
     """Everything that is compared.
 
     Args:
@@ -142,13 +190,13 @@ def summary(rows: Sequence[Mapping[str, Any]], kitti: Sample) -> dict[str, Any]:
         kitti: The result of `real_sample`.
     """
     ours = Sample.of([boxes_of(row) for row in rows])
-    return {
-        "frames": ours.count,
-        "kitti_frames": kitti.count,
-        "categories": list(CATEGORIES),
-        "objects_per_frame": {"ours": objects_per_frame(ours), "kitti": objects_per_frame(kitti)},
-        "quantities": compare(ours, kitti),
-    }
+    return LabelComparison(
+        frames=ours.count,
+        kitti_frames=kitti.count,
+        categories=list(CATEGORIES),
+        objects_per_frame=ObjectsPerFrame(objects_per_frame(ours), objects_per_frame(kitti)),
+        quantities=compare(ours, kitti),
+    )
 
 
 def required(kitti: Path | None) -> Path:
@@ -162,7 +210,7 @@ def required(kitti: Path | None) -> Path:
     return kitti
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> LabelComparison:
     """Measure and compare.
 
     Raises:

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE, INK
 from avsec_gym.geometry import Floats
+from studies.world.layout_comparison import (
+    LayoutComparison,
+    OccupiedGoals,
+    QuantityDistance,
+    SizesByCategory,
+)
 from studies.world.layout_quantities import CATEGORIES, QUANTITIES, Quantity, Sample
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _OURS, _KITTI = "#0072B2", "#BDBDBD"
 _PANELS = (
@@ -40,7 +50,7 @@ _STYLE: dict[Any, Any] = {
 _NAMES = {"Person_sitting": "Sitting"}
 
 
-def draw(result: Mapping[str, Any], ours: Sample, kitti: Sample, path: Path) -> Path:
+def draw(result: LayoutComparison, ours: Sample, kitti: Sample, path: Path) -> Path:
     """Write the figure.
 
     Args:
@@ -64,20 +74,20 @@ def draw(result: Mapping[str, Any], ours: Sample, kitti: Sample, path: Path) -> 
             axes.spines[["top", "right"]].set_visible(False)
             axes.tick_params(length=3)
             if name in QUANTITIES:
-                _histogram(axes, name, result["quantities"][name], ours, kitti)
+                _histogram(axes, name, result.quantities[name], ours, kitti)
             elif name == "objects":
                 _objects(axes, result)
             elif name == "sizes":
-                _sizes(axes, result["sizes"])
+                _sizes(axes, result.sizes)
             else:
-                _goals(axes, name, result["occupied_goals"][name])
+                _goals(axes, name, result.occupied_goals[name])
         _head(figure, result)
         figure.savefig(path, dpi=120, facecolor="white")
         plt.close(figure)
     return path
 
 
-def _head(figure: Any, result: Mapping[str, Any]) -> None:
+def _head(figure: Figure, result: LayoutComparison) -> None:
     """Title and legend."""
     from matplotlib.patches import Patch
 
@@ -94,8 +104,8 @@ def _head(figure: Any, result: Mapping[str, Any]) -> None:
     )
     figure.legend(
         handles=[
-            Patch(color=_KITTI, label=f"KITTI, {result['kitti_frames']:,} frames"),
-            Patch(color=_OURS, label=f"generated, {result['layouts']['count']:,} layouts"),
+            Patch(color=_KITTI, label=f"KITTI, {result.kitti_frames:,} frames"),
+            Patch(color=_OURS, label=f"generated, {result.layouts.count:,} layouts"),
         ],
         loc="upper right",
         bbox_to_anchor=(0.99, 0.994),
@@ -105,13 +115,13 @@ def _head(figure: Any, result: Mapping[str, Any]) -> None:
     )
 
 
-def _title(axes: Any, title: str, note: str) -> None:
+def _title(axes: Axes, title: str, note: str) -> None:
     axes.set_title(title, loc="left", fontsize=11, weight="bold", color=INK, pad=20)
     axes.text(0, 1.035, note, transform=axes.transAxes, fontsize=8.5, color=FAINT)
 
 
 def _histogram(
-    axes: Any, name: str, numbers: Mapping[str, Any], ours: Sample, kitti: Sample
+    axes: Axes, name: str, numbers: QuantityDistance, ours: Sample, kitti: Sample
 ) -> None:
     """One quantity: KITTI's histogram filled, ours as a line, or bars where it is discrete."""
     quantity = QUANTITIES[name]
@@ -129,11 +139,10 @@ def _histogram(
     continuous = quantity.kind == "wasserstein"
     unit = f" {quantity.unit}" if continuous and quantity.unit else ""
     kind = "Wasserstein" if continuous else "total variation"
-    apart, between_halves = (f"{numbers[key]:.2g}" for key in ("distance", "yardstick"))
     _title(
         axes,
         quantity.title + (f" ({quantity.unit})" if unit else ""),
-        f"{kind} {apart}{unit}  (yardstick {between_halves})",
+        f"{kind} {numbers.distance:.2g}{unit}  (yardstick {numbers.yardstick:.2g})",
     )
 
 
@@ -143,7 +152,7 @@ def _shares(quantity: Quantity, sample: Sample) -> Floats:
     return np.asarray(100.0 * counts / max(len(samples), 1))
 
 
-def _bars(axes: Any, real: Floats, mine: Floats) -> None:
+def _bars(axes: Axes, real: Floats, mine: Floats) -> None:
     """Pairs of bars with their numbers on top."""
     place = np.arange(len(real))
     axes.bar(place - 0.2, real, 0.38, color=_KITTI)
@@ -164,15 +173,15 @@ def _bars(axes: Any, real: Floats, mine: Floats) -> None:
         )
 
 
-def _objects(axes: Any, result: Mapping[str, Any]) -> None:
+def _objects(axes: Axes, result: LayoutComparison) -> None:
     """Mean number of objects of each category in a frame."""
     place = np.arange(len(CATEGORIES))
     widest = 0.0
-    for source, shift, colour, ink in (
-        ("kitti", -0.2, _KITTI, FAINT),
-        ("ours", 0.2, _OURS, _OURS),
+    for per_frame, shift, colour, ink in (
+        (result.objects_per_frame.kitti, -0.2, _KITTI, FAINT),
+        (result.objects_per_frame.ours, 0.2, _OURS, _OURS),
     ):
-        values = [result["objects_per_frame"][source][name] for name in CATEGORIES]
+        values = [per_frame[name] for name in CATEGORIES]
         axes.barh(place + shift, values, 0.38, color=colour)
         widest = max(widest, *values)
         for y, value in zip(place + shift, values, strict=True):
@@ -187,27 +196,27 @@ def _objects(axes: Any, result: Mapping[str, Any]) -> None:
             )
     _name_rows(axes, CATEGORIES)
     axes.set_xlim(0, 1.15 * widest)
-    numbers = result["quantities"]["category"]
-    note = f"total variation {numbers['distance']:.2g}  (yardstick {numbers['yardstick']:.2g})"
+    numbers = result.quantities["category"]
+    note = f"total variation {numbers.distance:.2g}  (yardstick {numbers.yardstick:.2g})"
     _title(axes, "Objects per frame", note)
 
 
-def _name_rows(axes: Any, names: Sequence[str]) -> None:
+def _name_rows(axes: Axes, names: Sequence[str]) -> None:
     """Categories as row labels, with room for them to the left."""
     axes.set_yticks(range(len(names)), [_NAMES.get(name, name) for name in names])
     axes.tick_params(axis="y", length=0)
     axes.invert_yaxis()
     place = axes.get_position()
-    axes.set_position([place.x0 + 0.05, place.y0, place.width - 0.05, place.height])
+    axes.set_position((place.x0 + 0.05, place.y0, place.width - 0.05, place.height))
 
 
-def _sizes(axes: Any, sizes: Mapping[str, Any]) -> None:
+def _sizes(axes: Axes, sizes: SizesByCategory) -> None:
     """Median and the middle 80 % of the lengths of each category."""
-    names = list(sizes["kitti"])
-    for source, shift, colour in (("kitti", -0.16, "#9A9A9A"), ("ours", 0.16, _OURS)):
+    names = list(sizes.kitti)
+    for known, shift, colour in ((sizes.kitti, -0.16, "#9A9A9A"), (sizes.ours, 0.16, _OURS)):
         for place, name in enumerate(names):
-            if name in sizes[source]:
-                low, middle, high = sizes[source][name]["length"]
+            if name in known:
+                low, middle, high = known[name].length
                 axes.plot([low, high], [place + shift] * 2, color=colour, linewidth=3, alpha=0.6)
                 axes.plot(middle, place + shift, "o", color=colour, markersize=6)
     _name_rows(axes, names)
@@ -215,11 +224,11 @@ def _sizes(axes: Any, sizes: Mapping[str, Any]) -> None:
     _title(axes, "Length by category (m)", "median and the middle 80 %; trams are not generated")
 
 
-def _goals(axes: Any, road_type: str, shares: Mapping[str, Any]) -> None:
+def _goals(axes: Axes, road_type: str, shares: OccupiedGoals) -> None:
     """How often an obstacle covers the centre of a goal region."""
-    names = list(shares["ours"])
-    mine = np.array([100.0 * shares["ours"][name] for name in names])
-    known = shares["scenarios"]
+    names = list(shares.ours)
+    mine = np.array([100.0 * shares.ours[name] for name in names])
+    known = shares.scenarios
     real = np.array([100.0 * known[name] for name in names]) if known else np.zeros(len(names))
     _bars(axes, real, mine)
     axes.set_xticks(range(len(names)), names)

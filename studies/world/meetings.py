@@ -10,13 +10,15 @@ import json
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from avsec_gym import console
+from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.rig import kitti_rig, resized_rig
 from avsec_gym.world.export import Connection, Sensors, make_data_set, suite_recipe
+from avsec_gym.world.export.connected_world import MEETINGS
 
 SPACINGS = ((6.0, 20.0), (15.0, 60.0), (50.0, 90.0))
 """Least and greatest distance of the other vehicles from the first, metres."""
@@ -24,7 +26,34 @@ _IMAGE_WIDTH = 128
 """Scans alone count, so images are small."""
 
 
-def meetings(instants: int, vehicles: int, seed: int, folder: Path) -> Iterator[dict[str, Any]]:
+@dataclass(frozen=True)
+class Meeting:
+    """What vehicles at a distance see in common."""
+
+    spacing: tuple[float, float]
+    """Least and greatest distance of the other vehicles from the first, metres."""
+    instants: int
+    objects: int
+    """How many one or more vehicles see (5 points or more)."""
+    seen_by: list[int]
+    """How many of them 1, 2, ... vehicles see."""
+    shared: float
+    """The share that two or more see."""
+    interval: tuple[float, float]
+    """Of this share, 95 %."""
+
+
+@dataclass(frozen=True)
+class Meetings:
+    """The result, with what was asked for."""
+
+    instants: int
+    vehicles: int
+    seed: int
+    distances: list[Meeting]
+
+
+def meetings(instants: int, vehicles: int, seed: int, folder: Path) -> Iterator[Meeting]:
     """What vehicles at each distance see in common.
 
     Args:
@@ -34,8 +63,7 @@ def meetings(instants: int, vehicles: int, seed: int, folder: Path) -> Iterator[
         folder: Folder for the data sets.
 
     Yields:
-        JSON-able: the distances, how many objects one or more vehicles see (5 points or more), how
-        many of them 1, 2, ... vehicles do, and the share that two or more see with its interval.
+        What they see, for each of `SPACINGS`.
     """
     sensors = Sensors(cameras=(2,), rig=resized_rig(kitti_rig(), _IMAGE_WIDTH))
     for near, far in SPACINGS:
@@ -50,13 +78,9 @@ def meetings(instants: int, vehicles: int, seed: int, folder: Path) -> Iterator[
         root = folder / f"{near:g}_{far:g}"
         with console.progress(f"{near:g} to {far:g} m") as shown:
             make_data_set(recipe, root, on_progress=shown)
-        found = json.loads((root / "meetings.json").read_text())
-        shared = sum(found["seen_by"][1:])
-        yield {
-            "spacing": [near, far],
-            **found,
-            "interval": [round(end, 4) for end in wilson_interval(shared, found["objects"])],
-        }
+        found = json.loads((root / MEETINGS).read_text())
+        low, high = wilson_interval(sum(found["seen_by"][1:]), found["objects"])
+        yield Meeting(spacing=(near, far), **found, interval=(round(low, 4), round(high, 4)))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -68,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         rows = list(meetings(options.instants, options.vehicles, options.seed, Path(folder)))
-    json.dump({**vars(options), "distances": rows}, sys.stdout, indent=1)
+    json.dump(row_json(Meetings(**vars(options), distances=rows)), sys.stdout, indent=1)
     return 0
 
 

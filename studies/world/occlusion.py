@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,13 +34,46 @@ LEVELS = 3
 OBSTACLES = ("Car", "Van", "Truck")
 
 
-def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
-    """How much of each actor is seen: behind other actors alone, and in the whole scene.
+@dataclass(frozen=True)
+class SeenShares:
+    """How much of each actor is seen, in their order."""
 
-    Returns:
-        JSON-able: for each actor in order the shares ``behind_others`` and ``in_scene``, and the
-        ``pixels`` that it would have alone.
-    """
+    behind_others: list[float]
+    """The share of its pixels behind other actors alone."""
+    in_scene: list[float]
+    """The share in the whole scene."""
+    pixels: list[int]
+    """How many it would have alone."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Annotated levels (rows) against ours (columns)."""
+
+    thresholds: list[float]
+    confusion: list[list[int]]
+    """Numbers of objects."""
+    agreement: float
+    """The share of objects with the same level."""
+    kappa: float
+    """Cohen's."""
+
+
+@dataclass(frozen=True)
+class OcclusionThresholds:
+    """The best thresholds, and how well those in use do."""
+
+    frames: int
+    objects: int
+    best: Agreement
+    in_use: Agreement
+    in_use_without_scenery: Agreement
+    shares_by_level: list[list[float]]
+    """Of each annotated level the 10, 25, 50, 75 and 90 % quantiles of seen shares."""
+
+
+def measure(posed: PosedScene, capture: Capture) -> SeenShares:
+    """How much of each actor is seen: behind other actors alone, and in the whole scene."""
     actors, pose = posed.instant.actors, posed.vehicle_to_world[0]
     things = []
     for i in range(1, len(actors)):
@@ -48,7 +81,7 @@ def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
         mesh = actor_mesh(actors, i).placed(x, y, float(actors.z[i]), heading)
         things.append(Thing(mesh, Surface.VEHICLE, i))
     if not things:
-        return {"behind_others": [], "in_scene": [], "pixels": []}
+        return SeenShares([], [], [])
     scene, camera = RayScene(things), pinhole(posed.rig, posed.rig.stereo_pair[0], pose)
     alone = silhouettes(scene, camera, len(actors))
     width, height = camera.size
@@ -64,12 +97,11 @@ def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
     front = scene.object_id[hits.face[hits.face >= 0]]
     ids = capture.geometry.object_id
     area = np.maximum(alone.area, 1)
-    seen = {
-        "behind_others": np.bincount(front, minlength=len(actors)) / area,
-        "in_scene": np.bincount(ids[ids >= 0], minlength=len(actors)) / area,
-    }
-    rows = {name: np.minimum(share[1:], 1.0).round(4).tolist() for name, share in seen.items()}
-    return {**rows, "pixels": alone.area[1:].tolist()}
+    behind_others, in_scene = (
+        np.minimum(np.bincount(shown, minlength=len(actors)) / area, 1.0)[1:].round(4).tolist()
+        for shown in (front, ids[ids >= 0])
+    )
+    return SeenShares(behind_others, in_scene, alone.area[1:].tolist())
 
 
 def levels(share: Floats, thresholds: Sequence[float]) -> NDArray[np.int64]:
@@ -86,33 +118,27 @@ def choose_thresholds(share: Floats, judged: NDArray[np.int64]) -> tuple[float, 
     """
     steps = np.round(np.arange(0.02, 0.99, 0.01), 2)
     pairs = [(first, second) for first in steps for second in steps if second < first]
-    best = max(pairs, key=lambda pair: agreement(share, judged, pair)["kappa"])
+    best = max(pairs, key=lambda pair: agreement(share, judged, pair).kappa)
     return float(best[0]), float(best[1])
 
 
-def agreement(
-    share: Floats, judged: NDArray[np.int64], thresholds: Sequence[float]
-) -> dict[str, Any]:
-    """Annotated levels (rows) against ours (columns), in objects, and how far they agree.
-
-    Returns:
-        JSON-able: the ``confusion``, the share in ``agreement``, and Cohen's ``kappa``.
-    """
+def agreement(share: Floats, judged: NDArray[np.int64], thresholds: Sequence[float]) -> Agreement:
+    """How far levels of seen shares agree with the annotators'."""
     ours = np.minimum(levels(share, thresholds), LEVELS - 1)
     confusion = np.zeros((LEVELS, LEVELS), np.int64)
     np.add.at(confusion, (judged, ours), 1)
     total = confusion.sum()
     by_chance = float(confusion.sum(0) @ confusion.sum(1)) / total**2
     same = float(np.trace(confusion)) / total
-    return {
-        "thresholds": [float(threshold) for threshold in thresholds],
-        "confusion": confusion.tolist(),
-        "agreement": same,
-        "kappa": (same - by_chance) / (1.0 - by_chance) if by_chance < 1.0 else 0.0,
-    }
+    return Agreement(
+        thresholds=[float(threshold) for threshold in thresholds],
+        confusion=confusion.tolist(),
+        agreement=same,
+        kappa=(same - by_chance) / (1.0 - by_chance) if by_chance < 1.0 else 0.0,
+    )
 
 
-def calibrate(options: argparse.Namespace, frames: int | None = None) -> dict[str, Any]:
+def calibrate(options: argparse.Namespace, frames: int | None = None) -> OcclusionThresholds:
     """Twins of real frames: the best thresholds, and how well those in use do.
 
     Args:
@@ -132,8 +158,9 @@ def calibrate(options: argparse.Namespace, frames: int | None = None) -> dict[st
         sorted(rng.choice(every, min(frames or options.frames, len(every)), replace=False).tolist())
     )
     twins = TwinScenes(root, ids, options.seed)
-    (rows,) = measure_all(options, measure, images=False, scenes=twins, frames=len(ids)).values()
-    shares: dict[str, list[float]] = {"behind_others": [], "in_scene": []}
+    rows = measure_all(options, measure, images=False, scenes=twins, frames=len(ids)).of(measure)
+    in_scene: list[float] = []
+    behind_others: list[float] = []
     judged: list[int] = []
     for id, row in zip(ids, rows, strict=True):
         boxes = data.labels(id)
@@ -142,25 +169,25 @@ def calibrate(options: argparse.Namespace, frames: int | None = None) -> dict[st
         for index in range(len(boxes)):
             level = int(boxes.occlusion[index])
             judgement = boxes.category[index] in OBSTACLES and 0 <= level < LEVELS
-            if judgement and row["pixels"][index] >= 50 and boxes.truncation[index] < 0.3:
+            if judgement and row.pixels[index] >= 50 and boxes.truncation[index] < 0.3:
                 judged.append(level)
-                for name, values in shares.items():
-                    values.append(row[name][index])
+                in_scene.append(row.in_scene[index])
+                behind_others.append(row.behind_others[index])
     annotated = np.array(judged)
-    seen = np.array(shares["in_scene"])
+    seen = np.array(in_scene)
     used = (FULLY_VISIBLE, PARTLY_VISIBLE)
-    return {
-        "frames": len(ids),
-        "objects": len(judged),
-        "best": agreement(seen, annotated, choose_thresholds(seen, annotated)),
-        "in_use": agreement(seen, annotated, used),
-        "in_use_without_scenery": agreement(np.array(shares["behind_others"]), annotated, used),
-        "shares_by_level": [
+    return OcclusionThresholds(
+        frames=len(ids),
+        objects=len(judged),
+        best=agreement(seen, annotated, choose_thresholds(seen, annotated)),
+        in_use=agreement(seen, annotated, used),
+        in_use_without_scenery=agreement(np.array(behind_others), annotated, used),
+        shares_by_level=[
             np.percentile(seen[annotated == level], [10, 25, 50, 75, 90]).round(3).tolist()
             for level in range(LEVELS)
             if (annotated == level).any()
         ],
-    }
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

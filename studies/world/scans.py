@@ -6,9 +6,9 @@ Run ``python -m studies.world.scans --frames 100 --kitti ROOT``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from avsec_gym.world.capture import Capture
 from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.section import Surface
 from studies.world.command import command, measure_one
-from studies.world.frames import quantiles
+from studies.world.frames import Spread, quantiles
 from studies.world.scan_ranges import ground_residual, range_noise
 
 TOLERANCE = 0.05
@@ -43,39 +43,154 @@ ELEVATIONS = (-30.0, -24.0, -20.0, -16.0, -12.0, -8.0, -4.0, -2.0, 0.0, 2.0, 4.0
 REFLECTANCES = tuple(np.arange(11) / 10.0)
 
 
-def statistics(points: Points) -> dict[str, Any]:
+@dataclass(frozen=True)
+class ScanNumbers:
+    """A scan in numbers."""
+
+    points: int
+    dark: float
+    """The share of points without any reflectance."""
+    mean_reflectance: float
+    range: list[float]
+    """Shares of the points in `RANGES`."""
+    elevation: list[float]
+    """Shares of the points in `ELEVATIONS`."""
+    reflectance: list[float]
+    """Shares of the points in `REFLECTANCES`."""
+    beams: list[int]
+    """How many points there are in each beam, from the top."""
+    noise_near: float | None
+    """Of ranges at 4 to 12 m, metres."""
+    noise_far: float | None
+    """Of ranges at 20 to 40 m, metres."""
+    residual_2m: float | None
+    """Median distance of the road from planes in squares of 2 m, metres."""
+    residual_5m: float | None
+    """The same in squares of 5 m."""
+    residual_5m_kerbs: float | None
+    """Its 90th percentile."""
+    off_grid: float
+    """Greatest distance of a coordinate from whole millimetres, millimetres."""
+
+
+@dataclass(frozen=True)
+class DepthAgreement:
+    """A scan beside the rendered disparity, without the points that went through panes."""
+
+    behind_windows: int
+    """Points behind the windows of vehicles: pulses pass the panes that a camera sees."""
+    points: int
+    """Compared points."""
+    agree: float | None
+    """The share of them that differs by less than a pixel of disparity."""
+    median: float | None
+    """Median difference, pixels."""
+
+
+@dataclass(frozen=True)
+class BoxAgreement:
+    """A scan beside its label boxes."""
+
+    points: int
+    """Points on labelled objects."""
+    inside: float | None
+    """The share of them in their objects' boxes."""
+    worst: float
+    """This share in the worst box of ten points or more."""
+    foreign: int
+    """Points of other things deep in a box."""
+
+
+@dataclass(frozen=True)
+class RenderedScan:
+    """All of it, of one frame."""
+
+    scan: ScanNumbers
+    depth: DepthAgreement
+    boxes: BoxAgreement
+
+
+@dataclass(frozen=True)
+class DepthAgreements:
+    """`DepthAgreement` of many frames."""
+
+    points: int
+    behind_windows: int
+    agree: float | None
+    """Of all points."""
+    frames: Spread
+    """Of each frame's share."""
+    median: Spread
+
+
+@dataclass(frozen=True)
+class BoxAgreements:
+    """`BoxAgreement` of many frames."""
+
+    points: int
+    inside: float | None
+    """Of all points."""
+    worst: Spread
+    foreign: int
+
+
+@dataclass(frozen=True)
+class ScanSpreads:
+    """`ScanNumbers` of many scans: spreads of numbers, means of shares."""
+
+    scans: int
+    points: Spread
+    dark: Spread
+    mean_reflectance: Spread
+    noise_near: Spread
+    noise_far: Spread
+    residual_2m: Spread
+    residual_5m: Spread
+    residual_5m_kerbs: Spread
+    off_grid: Spread
+    range: list[float]
+    elevation: list[float]
+    reflectance: list[float]
+    beams: list[float]
+
+
+@dataclass(frozen=True)
+class ScanComparison:
+    """Rendered scans against their own truth, and beside real ones."""
+
+    frames: int
+    depth: DepthAgreements
+    boxes: BoxAgreements
+    scans: ScanSpreads
+    real: ScanSpreads | None
+
+
+def statistics(points: Points) -> ScanNumbers:
     """A scan in numbers.
 
     Args:
         points: Shape (M, 4), in the order of KITTI's files.
-
-    Returns:
-        JSON-able: how many ``points``; the shares of them in `RANGES` (metres), `ELEVATIONS`
-        (degrees) and `REFLECTANCES`; the share without any reflectance; how many there are in
-        each of the ``beams``; noise of ranges at 4 to 12 and at 20 to 40 m, and how far the road
-        is from planes in squares of 2 and 5 m (median; 90th percentile), metres; how far the
-        coordinates are from whole millimetres, millimetres.
     """
     distance = np.linalg.norm(points[:, :3], axis=1)
     elevation = np.degrees(np.arcsin(points[:, 2] / np.maximum(distance, 1e-6)))
     count, beam = max(len(points), 1), beams(points)
     thousandths = 1e3 * points[:, :3].astype(float)
     small, large = ground_residual(points, 2.0), ground_residual(points, 5.0)
-    return {
-        "points": len(points),
-        "dark": float((points[:, 3] == 0).mean()),
-        "mean_reflectance": float(points[:, 3].mean()),
-        "range": (np.histogram(distance, RANGES)[0] / count).tolist(),
-        "elevation": (np.histogram(elevation, ELEVATIONS)[0] / count).tolist(),
-        "reflectance": (np.histogram(points[:, 3], REFLECTANCES)[0] / count).tolist(),
-        "beams": np.bincount(beam).tolist(),
-        "noise_near": range_noise(points, beam, 4.0, 12.0),
-        "noise_far": range_noise(points, beam, 20.0, 40.0),
-        "residual_2m": small and small[0],
-        "residual_5m": large and large[0],
-        "residual_5m_kerbs": large and large[1],
-        "off_grid": float(np.abs(thousandths - np.round(thousandths)).max(initial=0.0)),
-    }
+    return ScanNumbers(
+        points=len(points),
+        dark=float((points[:, 3] == 0).mean()),
+        mean_reflectance=float(points[:, 3].mean()),
+        range=(np.histogram(distance, RANGES)[0] / count).tolist(),
+        elevation=(np.histogram(elevation, ELEVATIONS)[0] / count).tolist(),
+        reflectance=(np.histogram(points[:, 3], REFLECTANCES)[0] / count).tolist(),
+        beams=np.bincount(beam).tolist(),
+        noise_near=range_noise(points, beam, 4.0, 12.0),
+        noise_far=range_noise(points, beam, 20.0, 40.0),
+        residual_2m=small and small[0],
+        residual_5m=large and large[0],
+        residual_5m_kerbs=large and large[1],
+        off_grid=float(np.abs(thousandths - np.round(thousandths)).max(initial=0.0)),
+    )
 
 
 def beams(points: Points) -> NDArray[np.int64]:
@@ -88,14 +203,8 @@ def beams(points: Points) -> NDArray[np.int64]:
     return np.cumsum(begins)
 
 
-def against_depth(capture: Capture, rig: SensorRig) -> dict[str, Any]:
-    """Whether a scan agrees with the rendered disparity, which is interpolated between pixels.
-
-    Returns:
-        JSON-able: how many ``points`` were compared, the share that ``agree`` to less than one
-        pixel, and the median difference in pixels, all without the points ``behind_windows``
-        (their number): pulses pass the panes that a camera sees.
-    """
+def against_depth(capture: Capture, rig: SensorRig) -> DepthAgreement:
+    """Whether a scan agrees with the rendered disparity, which is interpolated between pixels."""
     import cv2
 
     assert capture.scan is not None, "this compares the scan"
@@ -112,12 +221,12 @@ def against_depth(capture: Capture, rig: SensorRig) -> dict[str, Any]:
     plain = ~near_edges(capture.disparity)[pixel[:, 1], pixel[:, 0]]
     passed = plain & vehicle & deeper
     difference = np.abs(scanned - rendered[:, 0])[plain & ~passed]
-    return {
-        "behind_windows": int(passed.sum()),
-        "points": len(difference),
-        "agree": float((difference < 1.0).mean()) if len(difference) else None,
-        "median": float(np.median(difference)) if len(difference) else None,
-    }
+    return DepthAgreement(
+        behind_windows=int(passed.sum()),
+        points=len(difference),
+        agree=float((difference < 1.0).mean()) if len(difference) else None,
+        median=float(np.median(difference)) if len(difference) else None,
+    )
 
 
 def near_edges(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -135,14 +244,8 @@ def near_edges(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray(cv2.dilate(edge, np.ones((size, size), np.uint8)) > 0)
 
 
-def against_boxes(capture: Capture, rig: SensorRig) -> dict[str, Any]:
-    """Whether label boxes hold their objects' points, and nothing else.
-
-    Returns:
-        JSON-able: the ``points`` on labelled objects, the share ``inside`` their boxes, the share
-        in the ``worst`` box of ten points or more, and how many ``foreign`` points lie deep in a
-        box.
-    """
+def against_boxes(capture: Capture, rig: SensorRig) -> BoxAgreement:
+    """Whether label boxes hold their objects' points, and nothing else."""
     assert capture.scan is not None, "this compares the scan"
     boxes, actor = capture.labels.boxes, capture.labels.actor
     places = transform_points(rig.calibration.velodyne_to_camera, capture.scan.points[:, :3])
@@ -157,12 +260,7 @@ def against_boxes(capture: Capture, rig: SensorRig) -> dict[str, Any]:
         foreign += int(((outside < -DEEP) & ~own).sum())
         if count >= 10:
             worst = min(worst, held / count)
-    return {
-        "points": total,
-        "inside": inside / total if total else None,
-        "worst": worst,
-        "foreign": foreign,
-    }
+    return BoxAgreement(total, inside / total if total else None, worst, foreign)
 
 
 def distance_outside(places: Floats, box: Boxes3D) -> Floats:
@@ -176,17 +274,17 @@ def distance_outside(places: Floats, box: Boxes3D) -> Floats:
     return np.asarray(np.max([along, across, up], axis=0))
 
 
-def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> RenderedScan:
     """All of it, of a procedural frame."""
     assert capture.scan is not None, "this measures the scan"
-    return {
-        "scan": statistics(capture.scan.points),
-        "depth": against_depth(capture, posed.rig),
-        "boxes": against_boxes(capture, posed.rig),
-    }
+    return RenderedScan(
+        scan=statistics(capture.scan.points),
+        depth=against_depth(capture, posed.rig),
+        boxes=against_boxes(capture, posed.rig),
+    )
 
 
-def real_scans(kitti: Path) -> dict[str, dict[str, Any]]:
+def real_scans(kitti: Path) -> dict[str, ScanNumbers]:
     """`statistics` of real scans, by frame.
 
     Raises:
@@ -198,67 +296,63 @@ def real_scans(kitti: Path) -> dict[str, dict[str, Any]]:
     return {id: statistics(read_points(data.folder / "velodyne" / f"{id}.bin")) for id in ids}
 
 
-def summary(rows: Sequence[dict[str, Any]], real: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def summary(rows: Sequence[RenderedScan], real: Mapping[str, ScanNumbers]) -> ScanComparison:
     """Percentiles of procedural frames beside real scans.
 
     Args:
         rows: The rows of `measure`.
         real: The result of `real_scans`.
     """
-    points = sum(row["depth"]["points"] for row in rows)
-    on_objects = sum(row["boxes"]["points"] for row in rows)
-    return {
-        "frames": len(rows),
-        "depth": {
-            "points": points,
-            "behind_windows": sum(row["depth"]["behind_windows"] for row in rows),
-            "agree": _weighted(rows, "depth", "agree"),
-            "frames": quantiles([row["depth"]["agree"] for row in rows]),
-            "median": quantiles([row["depth"]["median"] for row in rows]),
-        },
-        "boxes": {
-            "points": on_objects,
-            "inside": _weighted(rows, "boxes", "inside"),
-            "worst": quantiles([row["boxes"]["worst"] for row in rows]),
-            "foreign": sum(row["boxes"]["foreign"] for row in rows),
-        },
-        "scans": _scans([row["scan"] for row in rows]),
-        "real": _scans(list(real.values())) if real else None,
-    }
+    depth, boxes = [row.depth for row in rows], [row.boxes for row in rows]
+    return ScanComparison(
+        frames=len(rows),
+        depth=DepthAgreements(
+            points=sum(each.points for each in depth),
+            behind_windows=sum(each.behind_windows for each in depth),
+            agree=_of_all_points([(each.agree, each.points) for each in depth]),
+            frames=quantiles([each.agree for each in depth]),
+            median=quantiles([each.median for each in depth]),
+        ),
+        boxes=BoxAgreements(
+            points=sum(each.points for each in boxes),
+            inside=_of_all_points([(each.inside, each.points) for each in boxes]),
+            worst=quantiles([each.worst for each in boxes]),
+            foreign=sum(each.foreign for each in boxes),
+        ),
+        scans=_spreads([row.scan for row in rows]),
+        real=_spreads(list(real.values())) if real else None,
+    )
 
 
-def _weighted(rows: Sequence[dict[str, Any]], part: str, name: str) -> float | None:
-    pairs = [(row[part][name], row[part]["points"]) for row in rows if row[part]["points"]]
-    total = sum(points for _, points in pairs)
-    return sum(value * points for value, points in pairs) / total if total else None
+def _of_all_points(frames: Sequence[tuple[float | None, int]]) -> float | None:
+    """The mean of shares over frames, each with the weight of its points."""
+    known = [(share, points) for share, points in frames if share is not None]
+    total = sum(points for _, points in known)
+    return sum(share * points for share, points in known) / total if total else None
 
 
-def _scans(scans: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    parts = ("range", "elevation", "reflectance", "beams")
-    complete = [scan for scan in scans if len(scan["beams"]) == 64]
-    return {
-        "scans": len(scans),
-        **{name: quantiles([s[name] for s in scans]) for name in _NUMBERS},
-        **{
-            name: np.mean([scan[name] for scan in (complete if name == "beams" else scans)], axis=0)
-            .round(4)
-            .tolist()
-            for name in parts
-        },
-    }
+def _spreads(scans: Sequence[ScanNumbers]) -> ScanSpreads:
+    complete = [scan.beams for scan in scans if len(scan.beams) == 64]
+    return ScanSpreads(
+        scans=len(scans),
+        points=quantiles([scan.points for scan in scans]),
+        dark=quantiles([scan.dark for scan in scans]),
+        mean_reflectance=quantiles([scan.mean_reflectance for scan in scans]),
+        noise_near=quantiles([scan.noise_near for scan in scans]),
+        noise_far=quantiles([scan.noise_far for scan in scans]),
+        residual_2m=quantiles([scan.residual_2m for scan in scans]),
+        residual_5m=quantiles([scan.residual_5m for scan in scans]),
+        residual_5m_kerbs=quantiles([scan.residual_5m_kerbs for scan in scans]),
+        off_grid=quantiles([scan.off_grid for scan in scans]),
+        range=_mean_shares([scan.range for scan in scans]),
+        elevation=_mean_shares([scan.elevation for scan in scans]),
+        reflectance=_mean_shares([scan.reflectance for scan in scans]),
+        beams=_mean_shares(complete),
+    )
 
 
-_NUMBERS = (
-    "points",
-    "dark",
-    "mean_reflectance",
-    "noise_near",
-    "noise_far",
-    "residual_2m",
-    "residual_5m",
-    "residual_5m_kerbs",
-    "off_grid",
-)
+def _mean_shares(shares: Sequence[Sequence[float]]) -> list[float]:
+    return np.mean(shares, axis=0).round(4).tolist()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

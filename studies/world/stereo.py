@@ -6,9 +6,9 @@ Run ``python -m studies.world.stereo --frames 100 --kitti ROOT``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.posed_scenes import PosedScene
 from studies.world.command import command, measure_one
-from studies.world.frames import quantiles
+from studies.world.frames import Spread, quantiles
 
 FIRST_COLUMN = 130
 """The matcher's search leaves out what lies further left."""
@@ -31,17 +31,60 @@ match = SemiGlobalMatching().match
 """The matcher, with usual settings for KITTI."""
 
 
-def compare(found: Disparity, truth: Disparity) -> dict[str, float | int | None]:
+@dataclass(frozen=True)
+class MatchedPair:
+    """Where the matcher found a disparity, and how often that is wrong; None without truth."""
+
+    wrong: float | None
+    """The share of the true pixels with a disparity."""
+    density: float | None
+    """The share of the true pixels that have one."""
+    filled: float
+    """The share of all pixels that have one."""
+    mean_error: float | None
+    """Pixels."""
+    median_error: float | None
+    """Pixels."""
+    pixels: int
+    """How many true ones there are."""
+
+
+@dataclass(frozen=True)
+class RenderedPair:
+    """A rendered pair against its scan, and against dense truth."""
+
+    lidar: MatchedPair
+    dense: MatchedPair
+
+
+@dataclass(frozen=True)
+class MatchedPairs:
+    """The spread of each number of `MatchedPair` over pairs."""
+
+    wrong: Spread
+    density: Spread
+    filled: Spread
+    mean_error: Spread
+    median_error: Spread
+
+
+@dataclass(frozen=True)
+class StereoDifficulty:
+    """How hard rendered pairs are, beside real ones."""
+
+    frames: int
+    lidar: MatchedPairs
+    dense: MatchedPairs
+    real: Mapping[str, MatchedPair]
+    """Real pairs by name."""
+
+
+def compare(found: Disparity, truth: Disparity) -> MatchedPair:
     """Where the matcher found a disparity, and how often that is wrong.
 
     Args:
         found: Shape (H, W), pixels, NaN where unknown.
         truth: The same.
-
-    Returns:
-        JSON-able: the share of true pixels with a disparity (``density``), of these the share
-        that are ``wrong``, the mean and the median ``error`` in pixels, and how many there are;
-        without truth only the share of all pixels.
     """
     known = np.isfinite(truth)
     known[:, :FIRST_COLUMN] = False
@@ -49,26 +92,26 @@ def compare(found: Disparity, truth: Disparity) -> dict[str, float | int | None]
     error = np.abs(found[valid] - truth[valid])
     wrong = (error > MIN_ERROR) & (error > MIN_RELATIVE_ERROR * truth[valid])
     some = len(error) > 0
-    return {
-        "wrong": float(wrong.mean()) if some else None,
-        "density": float(valid.sum() / known.sum()) if known.any() else None,
-        "filled": float(np.isfinite(found[:, FIRST_COLUMN:]).mean()),
-        "mean_error": float(error.mean()) if some else None,
-        "median_error": float(np.median(error)) if some else None,
-        "pixels": int(known.sum()),
-    }
+    return MatchedPair(
+        wrong=float(wrong.mean()) if some else None,
+        density=float(valid.sum() / known.sum()) if known.any() else None,
+        filled=float(np.isfinite(found[:, FIRST_COLUMN:]).mean()),
+        mean_error=float(error.mean()) if some else None,
+        median_error=float(np.median(error)) if some else None,
+        pixels=int(known.sum()),
+    )
 
 
-def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> RenderedPair:
     """A procedural pair of cameras 2 and 3: against its scan, and against dense truth."""
     found = match(capture.images[2], capture.images[3])
     assert capture.scan is not None, "the scan is one of the truths"
     shape = found.shape[0], found.shape[1]
     sparse = scan_disparity(capture.scan.points, posed.rig.calibration, shape, (2, 3))
-    return {"lidar": compare(found, sparse), "dense": compare(found, capture.disparity)}
+    return RenderedPair(lidar=compare(found, sparse), dense=compare(found, capture.disparity))
 
 
-def real_pairs(kitti: Path) -> dict[str, dict[str, Any]]:
+def real_pairs(kitti: Path) -> dict[str, MatchedPair]:
     """The same of real pairs, by name.
 
     Args:
@@ -80,7 +123,7 @@ def real_pairs(kitti: Path) -> dict[str, dict[str, Any]]:
     """
     nested = kitti / "object"
     data = KittiObject(nested if nested.is_dir() else kitti)
-    results: dict[str, dict[str, Any]] = {}
+    results: dict[str, MatchedPair] = {}
     for id in data.ids(having=("image_2", "image_3", "calib")):
         frame = data.frame(id)
         found = match(frame.image(2), frame.image(3))
@@ -105,24 +148,25 @@ _STEREO = {
 """Left and right images and truth."""
 
 
-def summary(rows: Sequence[dict[str, Any]], real: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def summary(rows: Sequence[RenderedPair], real: Mapping[str, MatchedPair]) -> StereoDifficulty:
     """Percentiles over procedural pairs beside the real ones.
 
     Args:
         rows: The rows of `measure`.
         real: The result of `real_pairs`.
     """
-    return {
-        "frames": len(rows),
-        **{
-            truth: {
-                name: quantiles([row[truth][name] for row in rows])
-                for name in ("wrong", "density", "filled", "mean_error", "median_error")
-            }
-            for truth in ("lidar", "dense")
-        },
-        "real": real,
-    }
+    lidar, dense = [row.lidar for row in rows], [row.dense for row in rows]
+    return StereoDifficulty(len(rows), _spreads(lidar), _spreads(dense), real)
+
+
+def _spreads(pairs: Sequence[MatchedPair]) -> MatchedPairs:
+    return MatchedPairs(
+        wrong=quantiles([pair.wrong for pair in pairs]),
+        density=quantiles([pair.density for pair in pairs]),
+        filled=quantiles([pair.filled for pair in pairs]),
+        mean_error=quantiles([pair.mean_error for pair in pairs]),
+        median_error=quantiles([pair.median_error for pair in pairs]),
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

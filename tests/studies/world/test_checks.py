@@ -12,6 +12,8 @@ from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.section import Surface
 from avsec_gym.world.shapes import box
 from studies.world.checks import (
+    FailingFrames,
+    SceneChecks,
     feet_gaps,
     ground_gap,
     is_pierced,
@@ -88,20 +90,27 @@ def test_what_runs_along_the_road_is_no_repeat() -> None:
 
 
 def test_summary_counts_what_fails() -> None:
-    good = {
-        "gaps": [0.0, 0.01],
-        "feet": [[0.0, 0.01], [-0.02, 0.02]],
-        "overlaps": [],
-        "pierced": [],
-        "contact": [1.0],
-        "repeat": 0.2,
-        "horizon": 0.1,
-    }
-    bad = good | {"gaps": [0.2, -0.1], "feet": [[-0.2, 0.0], [0.0, 0.3]], "overlaps": [[1, 2]]}
-    bad |= {"pierced": [2], "repeat": 0.9, "contact": [0.2]}
-    result = summary([good, bad, good | {"repeat": None, "horizon": None, "contact": []}])
-    assert (result["floating"], result["sunk"]) == (1, 1)
-    assert (result["feet_in_the_air"], result["feet_in_the_ground"]) == (1, 1)
-    assert (result["overlapping_pairs"], result["pierced"], result["repeating"]) == (1, 1, 1)
-    assert result["contact_shadows"] == 0.5
-    assert result["by_frame"] == {"gaps": [1], "feet": [1], "overlaps": [1], "pierced": [1]}
+    good = SceneChecks(
+        gaps=[0.0, 0.01],
+        feet=[[0.0, 0.01], [-0.02, 0.02]],
+        overlaps=[],
+        pierced=[],
+        contact=[1.0],
+        repeat=0.2,
+        horizon=0.1,
+    )
+    bad = SceneChecks(
+        gaps=[0.2, -0.1],
+        feet=[[-0.2, 0.0], [0.0, 0.3]],
+        overlaps=[[1, 2]],
+        pierced=[2],
+        contact=[0.2],
+        repeat=0.9,
+        horizon=0.1,
+    )
+    result = summary([good, bad, replace(good, repeat=None, horizon=None, contact=[])])
+    assert (result.floating, result.sunk) == (1, 1)
+    assert (result.feet_in_the_air, result.feet_in_the_ground) == (1, 1)
+    assert (result.overlapping_pairs, result.pierced, result.repeating) == (1, 1, 1)
+    assert result.contact_shadows == 0.5
+    assert result.by_frame == FailingFrames(gaps=[1], feet=[1], overlaps=[1], pierced=[1])

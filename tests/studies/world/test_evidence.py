@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -14,8 +13,8 @@ from studies.world.frames import MeasuredFrames, SuiteScenes, measured, quantile
 
 
 def test_quantiles_of_what_is_known() -> None:
-    assert quantiles([1.0, None, 3.0])["mean"] == 2.0
-    assert quantiles([None])["p50"] is None
+    assert quantiles([1.0, None, 3.0]).mean == 2.0
+    assert quantiles([None]).p50 is None
 
 
 def test_real_frames_must_be_named(capsys: pytest.CaptureFixture[str]) -> None:
@@ -25,9 +24,9 @@ def test_real_frames_must_be_named(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.slow
 def test_rows_are_kept_and_more_frames_continue_them(tmp_path: Path) -> None:
-    def rows(count: int) -> list[dict[str, Any]]:
+    def rows(count: int) -> list[labels.FrameLabels]:
         recipe = MeasuredFrames(SuiteScenes(), count, (labels.measure,), images=False)
-        return measured(recipe, workers=1, rows=tmp_path)["labels"]
+        return measured(recipe, workers=1, rows=tmp_path).of(labels.measure)
 
     first = rows(1)
     (folder,) = tmp_path.iterdir()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from studies.world.images import QUANTITIES, statistics, summary
+from studies.world.images import QUANTITIES, ImageNumbers, statistics, summary
 
 
 def plain(level: float, noise: float = 0.0) -> np.ndarray:
@@ -32,8 +32,8 @@ def test_brightness_and_colour() -> None:
 
 
 def test_what_is_not_known_is_left_out_of_means() -> None:
-    row = dict.fromkeys(QUANTITIES, 1.0)
-    unknown = row | {"noise_dark": None}
-    result = summary([row, unknown], {})["quantities"]["noise_dark"]
-    assert result["ours"] == [1.0, 0.0]
-    assert result["real"] is None
+    row = ImageNumbers(dict.fromkeys(QUANTITIES, 1.0))
+    unknown = ImageNumbers({**row.values, "noise_dark": None})
+    result = summary([row, unknown], {}).quantities["noise_dark"]
+    assert result.ours == (1.0, 0.0)
+    assert result.real is None

@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 
 from avsec_gym.world.layouts import generate_layouts
-from studies.world.labels import COMPARED, boxes_of, compare, summary
+from studies.world.labels import COMPARED, FrameLabels, boxes_of, compare, summary
 from studies.world.layout_quantities import Sample
 
 _NUMBERS = ("location", "dimensions", "rotation_y", "box2d", "truncation", "occlusion", "alpha")
 
 
-def rows(seed: int, count: int = 60) -> list[dict[str, object]]:
+def rows(seed: int, count: int = 60) -> list[FrameLabels]:
     return [
-        {name: getattr(layout.boxes, name).tolist() for name in _NUMBERS}
-        | {"category": layout.boxes.category.tolist()}
+        FrameLabels(
+            **{name: getattr(layout.boxes, name).tolist() for name in _NUMBERS},
+            category=layout.boxes.category.tolist(),
+        )
         for layout in generate_layouts(count, seed)
     ]
 
@@ -32,13 +34,13 @@ def test_the_same_frames_are_no_distance_apart_and_others_are() -> None:
     other = Sample.of([boxes_of(row) for row in rows(5)])
     same = compare(sample, sample)
     assert set(same) == set(COMPARED)
-    assert all(each["distance"] == 0.0 for each in same.values())
+    assert all(each.distance == 0.0 for each in same.values())
     apart = compare(other, sample)
-    assert all(each["distance"] > 0.0 for each in apart.values())
-    assert sum(apart["occlusion"]["ours"]) == pytest.approx(1.0, abs=1e-3)
+    assert all(each.distance is not None and each.distance > 0.0 for each in apart.values())
+    assert sum(apart["occlusion"].ours) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_summary_counts_both() -> None:
     kitti = Sample.of([boxes_of(row) for row in rows(3, 80)])
     result = summary(rows(2, 30), kitti)
-    assert (result["frames"], result["kitti_frames"]) == (30, 80)
+    assert (result.frames, result.kitti_frames) == (30, 80)

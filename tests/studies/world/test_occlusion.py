@@ -21,12 +21,12 @@ def test_the_annotators_own_thresholds_are_found() -> None:
     assert first == pytest.approx(0.80, abs=0.011)
     assert second == pytest.approx(0.35, abs=0.011)
     perfect = agreement(share, judged, (0.80, 0.35))
-    assert perfect["agreement"] == 1.0
-    assert perfect["kappa"] == pytest.approx(1.0)
+    assert perfect.agreement == 1.0
+    assert perfect.kappa == pytest.approx(1.0)
 
 
 def test_chance_is_no_agreement() -> None:
     rng = np.random.default_rng(1)
     result = agreement(rng.random(6000), rng.integers(0, 3, 6000), (0.66, 0.33))
-    assert abs(result["kappa"]) < 0.05
-    assert np.sum(result["confusion"]) == 6000
+    assert abs(result.kappa) < 0.05
+    assert np.sum(result.confusion) == 6000

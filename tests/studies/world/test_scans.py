@@ -22,10 +22,10 @@ def test_beams_are_told_apart_by_their_turns() -> None:
 def test_statistics_are_shares_of_the_points() -> None:
     points = np.array([[10, 0, 0, 0.0], [0, 10, 0, 0.35], [-50, 0, 0, 0.35]], np.float32)
     result = statistics(points)
-    assert result["points"] == 3
-    assert result["dark"] == pytest.approx(1 / 3)
-    for part in ("range", "elevation", "reflectance"):
-        assert sum(result[part]) == pytest.approx(1.0)
+    assert result.points == 3
+    assert result.dark == pytest.approx(1 / 3)
+    for shares in (result.range, result.elevation, result.reflectance):
+        assert sum(shares) == pytest.approx(1.0)
 
 
 def test_distance_outside_a_turned_box() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.rig import kitti_rig
-from studies.world.stereo import compare, match, scan_disparity, summary
+from studies.world.stereo import MatchedPair, RenderedPair, compare, match, scan_disparity, summary
 
 
 def test_a_shifted_texture_is_matched_to_its_shift() -> None:
@@ -14,9 +14,10 @@ def test_a_shifted_texture_is_matched_to_its_shift() -> None:
     wide = np.repeat(rng.integers(0, 256, (120, 420, 1), np.uint8), 3, axis=2)
     found = match(wide[:, :400], wide[:, 20:])
     result = compare(found, np.full((120, 400), 20.0, np.float32))
-    assert result["wrong"] == 0.0
-    assert result["density"] > 0.95  # type: ignore[operator]
-    assert result["median_error"] < 0.1  # type: ignore[operator]
+    assert result.wrong == 0.0
+    assert (result.density or 0.0) > 0.95
+    assert result.median_error is not None
+    assert result.median_error < 0.1
 
 
 def test_errors_count_only_when_large_and_where_both_are_known() -> None:
@@ -27,9 +28,9 @@ def test_errors_count_only_when_large_and_where_both_are_known() -> None:
     found[0, 131] = 106.0
     found[0, 132] = np.nan
     result = compare(found, truth)
-    assert result["pixels"] == 10
-    assert result["density"] == pytest.approx(0.9)
-    assert result["wrong"] == pytest.approx(1 / 9)
+    assert result.pixels == 10
+    assert result.density == pytest.approx(0.9)
+    assert result.wrong == pytest.approx(1 / 9)
 
 
 def test_the_nearest_point_of_a_pixel_wins_and_says_its_disparity() -> None:
@@ -47,7 +48,7 @@ def test_the_nearest_point_of_a_pixel_wins_and_says_its_disparity() -> None:
 
 
 def test_summary_of_pairs_without_truth_is_unknown_not_perfect() -> None:
-    row = {"wrong": None, "density": None, "filled": 0.9, "mean_error": None, "median_error": None}
-    result = summary([{"lidar": row, "dense": row}], {})
-    assert result["lidar"]["wrong"]["p50"] is None
-    assert result["lidar"]["filled"]["p50"] == pytest.approx(0.9)
+    pair = MatchedPair(None, None, 0.9, None, None, 0)
+    result = summary([RenderedPair(pair, pair)], {})
+    assert result.lidar.wrong.p50 is None
+    assert result.lidar.filled.p50 == pytest.approx(0.9)
