@@ -7,15 +7,15 @@ import json
 import logging
 import sys
 from collections.abc import Callable
-from typing import Any
 
 from avsec_gym.errors import AvsecError
+from avsec_gym.experiments.json_rows import as_json
 
 _LOG = logging.getLogger(__name__)
 
 
-def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], Any]) -> int:
-    """Run, and write the result into the file of the option ``json``.
+def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], object]) -> int:
+    """Run, and write the result, rows or JSON, into the file of the option ``json``.
 
     Args:
         options: Options of the command line; `json` is a path or None for standard output.
@@ -26,7 +26,7 @@ def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], Any]
     """
 
     def work() -> None:
-        text = json.dumps(run(options), indent=1, allow_nan=False) + "\n"
+        text = json.dumps(as_json(run(options)), indent=1, allow_nan=False) + "\n"
         if options.json is None:
             sys.stdout.write(text)
         else:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from avsec_gym import console
 from avsec_gym.argument_checks import resample_number, seed_number, whole_number
@@ -16,12 +16,12 @@ from avsec_gym.storage.regular_files import is_folder
 if TYPE_CHECKING:
     from avsec_gym.frame import SensorFrame
     from avsec_gym.kitti.map_files import Disparity
-    from avsec_gym.metrics.disparity_errors import Errors
+    from avsec_gym.metrics.disparity_errors import DisparityRates, ErrorRate, Errors
     from avsec_gym.perception.depth import DepthEstimator
 
 _REMARKS = 10
 """So many pairs that were left out are reported one by one."""
-_MEASURES = {"end_point_error": "error, px", "off_3px": "> 3 px, %", "d1": "D1, %"}
+_MEASURES = ("error, px", "> 3 px, %", "D1, %")
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,8 @@ class ScoreDisparities:
         rates = {name: error_rates(e, self.resamples, self.seed) for name, e in errors.items()}
         pairs = len(ids) - len(left_out)
         if self.json:
-            document = {"pairs": pairs, "truth": data.truth, "estimators": rates}
+            estimators = {name: asdict(of_one) for name, of_one in rates.items()}
+            document = {"pairs": pairs, "truth": data.truth, "estimators": estimators}
             console.print_json("disparity", document)
         else:
             _show(rates, f"{self.kitti}: {data.name}, {pairs} pairs, truth {data.truth}")
@@ -192,24 +193,25 @@ def _fitting(found: Disparity, truth: Disparity, id: str) -> Disparity:
     return found
 
 
-def _show(rates: dict[str, Any], title: str) -> None:
+def _show(rates: dict[str, DisparityRates], title: str) -> None:
     columns = ["estimator", "found, %"]
-    columns += [f"{part}: {what}" for part in ("found", "all") for what in _MEASURES.values()]
+    columns += [f"{part}: {what}" for part in ("found", "all") for what in _MEASURES]
     console.print_table(title, columns, [[name, *_cells(rates[name])] for name in rates])
 
 
-def _cells(rates: dict[str, Any]) -> Iterator[str]:
-    yield _cell(rates["density"], 100)
-    for part in ("found", "all"):
-        for what in _MEASURES:
-            yield _cell(rates[part][what], 1 if what == "end_point_error" else 100)
+def _cells(rates: DisparityRates) -> Iterator[str]:
+    yield _cell(rates.density, 100)
+    for part in (rates.found, rates.all):
+        yield _cell(part.end_point_error, 1)
+        yield _cell(part.off_3px, 100)
+        yield _cell(part.d1, 100)
 
 
-def _cell(rate: dict[str, Any], scale: float) -> str:
-    if rate["value"] is None:
+def _cell(rate: ErrorRate, scale: float) -> str:
+    if rate.value is None:
         return "–"
-    text = f"{scale * rate['value']:.2f}"
-    if rate["interval"] is None:
+    text = f"{scale * rate.value:.2f}"
+    if rate.interval is None:
         return text
-    low, high = (f"{scale * bound:.2f}" for bound in rate["interval"])
+    low, high = (f"{scale * bound:.2f}" for bound in rate.interval)
     return f"{text} ({low}–{high})"

@@ -128,7 +128,7 @@ def _value(hint: Any, found: Any) -> Any:
     if is_dataclass(hint):
         assert isinstance(hint, type)
         return row_of(hint, found)
-    if get_origin(hint) is Sequence:
+    if get_origin(hint) in (Sequence, list):
         return [_value(get_args(hint)[0], item) for item in found]
     if get_origin(hint) is tuple:
         return tuple(found)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,30 +74,58 @@ def filled(found: Disparity) -> Disparity:
     return np.asarray(full[nearest], np.float32)
 
 
-def error_rates(errors: Sequence[Errors], resamples: int = 0, seed: int = 0) -> dict[str, Any]:
-    """End-point error (pixels) and shares (of 1) over all pixels of all pairs; JSON-able.
+@dataclass(frozen=True)
+class ErrorRate:
+    """A rate over all pixels of all pairs; None where there is no pixel."""
+
+    value: float | None
+    interval: list[float] | None
+    """Low and high of 95 %."""
+
+
+@dataclass(frozen=True)
+class PixelRates:
+    """Of the pixels that are looked at."""
+
+    end_point_error: ErrorRate
+    """Pixels."""
+    off_3px: ErrorRate
+    """The share that is off by more than 3 pixels."""
+    d1: ErrorRate
+    """The share that is off by more than 5 % as well."""
+
+
+@dataclass(frozen=True)
+class DisparityRates:
+    """How exact disparities are."""
+
+    density: ErrorRate
+    """The share of the known pixels where something was found."""
+    found: PixelRates
+    """Of these pixels."""
+    all: PixelRates
+    """Of all known pixels, holes filled."""
+
+
+def error_rates(errors: Sequence[Errors], resamples: int = 0, seed: int = 0) -> DisparityRates:
+    """End-point error (pixels) and shares (of 1) over all pixels of all pairs.
 
     Args:
         errors: The errors of each pair.
         resamples: Pairs are drawn anew so many times for 95 % intervals; 0: none.
         seed: The seed of these draws.
-
-    Returns:
-        ``density``, the share of the known pixels where something was found, and ``found`` and
-        ``all`` with ``end_point_error``, ``off_3px`` and ``d1``, each ``{"value", "interval"}``,
-        None where there is no pixel.
     """
     sums = np.array(errors, float)  # (pairs, 2, 4)
     drawn = np.random.default_rng(seed).integers(0, len(sums), (resamples, len(sums)))
     totals = np.concatenate([sums.sum(axis=0)[None], sums[drawn].sum(axis=1)])
     pixels = totals[..., 0]
-    rates: dict[str, Any] = {"density": _with_interval(_share(pixels[:, 0], pixels[:, 1]))}
-    for part, name in enumerate(Errors._fields):
-        rates[name] = {
-            what: _with_interval(_share(totals[:, part, column], pixels[:, part]))
-            for column, what in enumerate(("end_point_error", "off_3px", "d1"), start=1)
-        }
-    return rates
+    found, known = (
+        PixelRates(
+            *(_with_interval(_share(totals[:, part, i], pixels[:, part])) for i in (1, 2, 3))
+        )
+        for part in range(len(Errors._fields))
+    )
+    return DisparityRates(_with_interval(_share(pixels[:, 0], pixels[:, 1])), found, known)
 
 
 def _sums(found: Disparity, truth: Disparity, where: np.ndarray) -> Sums:
@@ -111,11 +140,11 @@ def _share(part: Floats, whole: Floats) -> Floats:
     return np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0)
 
 
-def _with_interval(values: Floats) -> dict[str, Any]:
+def _with_interval(values: Floats) -> ErrorRate:
     """The first value, and where 95 % of the others lie."""
     value, others = values[0], values[1:][np.isfinite(values[1:])]
     low_high = np.quantile(others, _CONFIDENCE) if len(others) else None
-    return {
-        "value": None if np.isnan(value) else round(float(value), 5),
-        "interval": None if low_high is None else [round(float(bound), 5) for bound in low_high],
-    }
+    return ErrorRate(
+        value=None if np.isnan(value) else round(float(value), 5),
+        interval=None if low_high is None else [round(float(bound), 5) for bound in low_high],
+    )

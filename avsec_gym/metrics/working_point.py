@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,8 @@ IN_IMAGE, FROM_ABOVE = 0, 1
 """Where boxes are compared."""
 
 
-class WorkingPoint(NamedTuple):
+@dataclass(frozen=True)
+class WorkingPoint:
     """Where a detector finds most for its false alarms (best F1)."""
 
     score: float
@@ -37,7 +37,8 @@ class WorkingPoint(NamedTuple):
     recall: float
 
 
-class Counts(NamedTuple):
+@dataclass(frozen=True)
+class Counts:
     """Of cars (moderate, `MIN_IOU`), by KITTI's rules."""
 
     found: int

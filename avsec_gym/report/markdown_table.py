@@ -38,7 +38,7 @@ def share(value: float | None) -> str:
     return number(None if value is None else 100 * value, 1)
 
 
-def interval(value: float | None, bounds: Sequence[float] | None, digits: int = 1) -> str:
+def interval(value: float | None, bounds: Sequence[float | None] | None, digits: int = 1) -> str:
     """A value and its interval, where it has one.
 
     Example:

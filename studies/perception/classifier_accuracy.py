@@ -10,16 +10,16 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.metrics.intervals import wilson_interval
@@ -61,7 +61,105 @@ class JudgedObject:
     has_neighbour: bool
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Accuracy:
+    """How often a classifier is right."""
+
+    cases: int
+    accuracy: float | None
+    """None without cases."""
+    interval: list[float] | None
+    """Wilson's, 95 %, cases taken as independent."""
+    confusion: Mapping[str, int]
+    """Such as ``no_said_yes``: the truth, and the classifier's answer."""
+
+
+@dataclass(frozen=True)
+class MotionAccuracy:
+    """How often the moving-object classifier is right."""
+
+    with_neighbour: Accuracy
+    single_crop: Accuracy
+    single_crop_of_the_same: Accuracy
+    """Of the objects that have a neighbouring frame, too."""
+    by_distance: Mapping[str, Accuracy]
+
+
+@dataclass(frozen=True)
+class WorldMotion:
+    """Of the procedural world."""
+
+    scenes: int
+    accuracy: MotionAccuracy = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class WorldRoads:
+    """The driving-constraint selector in the procedural world; yes is a highway."""
+
+    scenes: int
+    accuracy: Accuracy = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class RealMotion:
+    """Of real frames, with their objects."""
+
+    frames: list[str]
+    accuracy: MotionAccuracy = field(metadata=FLAT)
+    objects: list[JudgedObject]
+
+
+@dataclass(frozen=True)
+class JudgedRoad:
+    """A real frame's road."""
+
+    frame: str
+    truth: str
+    highway: float
+    """The probability of a highway."""
+
+
+@dataclass(frozen=True)
+class RealRoads:
+    """The driving-constraint selector on real frames; yes is a highway."""
+
+    accuracy: Accuracy = field(metadata=FLAT)
+    frames: list[JudgedRoad]
+
+
+@dataclass(frozen=True)
+class MotionResult:
+    """The moving-object classifier; what was not asked for is None."""
+
+    thesis: float
+    weights: str | None
+    """Their sha256."""
+    world: WorldMotion | None = field(default=None, metadata=OPTIONAL)
+    real: Mapping[str, RealMotion] | None = field(default=None, metadata=OPTIONAL)
+    """By the kind of truth."""
+
+
+@dataclass(frozen=True)
+class RoadResult:
+    """The driving-constraint selector; what was not asked for is None."""
+
+    thesis: float
+    weights: str | None
+    """Their sha256."""
+    world: WorldRoads | None = field(default=None, metadata=OPTIONAL)
+    real: RealRoads | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class ClassifierAccuracy:
+    """The result."""
+
+    motion: MotionResult
+    road_type: RoadResult
+
+
+def run(options: argparse.Namespace) -> ClassifierAccuracy:
     """Measure everything that the options name.
 
     Raises:
@@ -74,11 +172,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         raise ConfigurationError("--kitti and --scenarios go together: images, and their truth")
     classifier = MovingObjectClassifier(weights=options.motion_weights)
     selector = DrivingConstraintSelector(weights=options.road_type_weights)
-    motion: dict[str, Any] = {"thesis": THESIS["motion"], "weights": _hash(options.motion_weights)}
-    road: dict[str, Any] = {
-        "thesis": THESIS["road_type"],
-        "weights": _hash(options.road_type_weights),
-    }
+    motion = MotionResult(THESIS["motion"], _hash(options.motion_weights))
+    road = RoadResult(THESIS["road_type"], _hash(options.road_type_weights))
     if options.world:
         world = [
             frame for root in options.world for frame in scene_frames(root, options.split or None)
@@ -92,12 +187,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
                 objects += judged(classifier, frame, boxes[classified_objects(boxes)])
                 roads.append((labelled.road_type, selector.select(frame)))
                 shown(done, len(world))
-        motion["world"] = {"scenes": scenes, **_motion_summary(objects)}
-        road["world"] = {"scenes": scenes, **_road_summary(roads)}
+        motion = replace(motion, world=WorldMotion(scenes, _motion_summary(objects)))
+        road = replace(road, world=WorldRoads(scenes, _road_summary(roads)))
     if options.kitti is not None:
-        motion["real"] = _real_motion(classifier, options.kitti, options.scenarios)
-        road["real"] = _real_roads(selector, options.kitti, options.scenarios)
-    return {"motion": motion, "road_type": road}
+        moving = _real_motion(classifier, options.kitti, options.scenarios)
+        motion = replace(motion, real=moving)
+        road = replace(road, real=_real_roads(selector, options.kitti, options.scenarios))
+    return ClassifierAccuracy(motion, road)
 
 
 def judged(
@@ -120,47 +216,47 @@ def judged(
     ]  # fmt: skip
 
 
-def counted(truth: Sequence[bool], said: Sequence[bool]) -> dict[str, Any]:
+def counted(truth: Sequence[bool], said: Sequence[bool]) -> Accuracy:
     """Accuracy with its interval (Wilson, 95 %, cases taken as independent), and the confusion."""
     pairs = list(zip(truth, said, strict=True))
     right = sum(a == b for a, b in pairs)
-    return {
-        "cases": len(pairs),
-        "accuracy": right / len(pairs) if pairs else None,
-        "interval": list(wilson_interval(right, len(pairs))) if pairs else None,
-        "confusion": {
+    return Accuracy(
+        cases=len(pairs),
+        accuracy=right / len(pairs) if pairs else None,
+        interval=list(wilson_interval(right, len(pairs))) if pairs else None,
+        confusion={
             f"{_word(a)}_said_{_word(b)}": pairs.count((a, b))
             for a in (False, True)
             for b in (False, True)
         },
-    }
+    )
 
 
 def _word(answer: bool) -> str:
     return "yes" if answer else "no"
 
 
-def _motion_summary(objects: Sequence[JudgedObject]) -> dict[str, Any]:
-    def of(chosen: Iterable[JudgedObject], single: bool = False) -> dict[str, Any]:
+def _motion_summary(objects: Sequence[JudgedObject]) -> MotionAccuracy:
+    def of(chosen: Iterable[JudgedObject], single: bool = False) -> Accuracy:
         chosen = list(chosen)
         said = [(seen.single if single else seen.probability) >= 0.5 for seen in chosen]
         return counted([seen.moving for seen in chosen], said)
 
     neighboured = [seen for seen in objects if seen.has_neighbour]
-    return {
-        "with_neighbour": of(neighboured),
-        "single_crop": of(objects, single=True),
-        "single_crop_of_the_same": of(neighboured, single=True),
-        "by_distance": {
+    return MotionAccuracy(
+        with_neighbour=of(neighboured),
+        single_crop=of(objects, single=True),
+        single_crop_of_the_same=of(neighboured, single=True),
+        by_distance={
             f"{near:.0f}-{far:.0f} m": of(
                 seen for seen in neighboured if near <= seen.distance < far
             )
             for near, far in _DISTANCES
         },
-    }
+    )
 
 
-def _road_summary(roads: Sequence[tuple[RoadType, RoadType]]) -> dict[str, Any]:
+def _road_summary(roads: Sequence[tuple[RoadType, RoadType]]) -> Accuracy:
     """Yes is a highway."""
     truth, said = (
         [road_type is RoadType.HIGHWAY for road_type in column]
@@ -171,7 +267,7 @@ def _road_summary(roads: Sequence[tuple[RoadType, RoadType]]) -> dict[str, Any]:
 
 def _real_motion(
     classifier: MovingObjectClassifier, kitti: Path, scenarios: Path
-) -> dict[str, Any]:
+) -> dict[str, RealMotion]:
     """Objects of the frames that have an image, apart for the two kinds of truth."""
     data = KittiObject(kitti)
     ids = data.ids(having=("image_2", "label_2", "calib"))
@@ -180,34 +276,28 @@ def _real_motion(
     }
     static = {id for id in _static_frames(scenarios) if id in ids and id not in flags}
     by_list = {id: _all_standing(data.labels(id)) for id in sorted(static)}
-    result: dict[str, Any] = {}
+    result: dict[str, RealMotion] = {}
     for name, truth in (("flags_of_scenarios", flags), ("static_by_list", by_list)):
         objects: list[JudgedObject] = []
         for id, boxes in sorted(truth.items()):
             chosen = boxes[classified_objects(boxes)]
             objects += judged(classifier, data.frame(id), chosen)
-        result[name] = {
-            "frames": sorted(truth),
-            **_motion_summary(objects),
-            "objects": [vars(seen) for seen in objects],
-        }
+        result[name] = RealMotion(sorted(truth), _motion_summary(objects), objects)
     return result
 
 
-def _real_roads(
-    selector: DrivingConstraintSelector, kitti: Path, scenarios: Path
-) -> dict[str, Any]:
+def _real_roads(selector: DrivingConstraintSelector, kitti: Path, scenarios: Path) -> RealRoads:
     data = KittiObject(kitti)
     there = set(data.ids(having=("image_2", "calib")))
     labels = _lists(scenarios / "road_type")
-    frames: list[dict[str, Any]] = []
+    frames: list[JudgedRoad] = []
     pairs = []
     for id in sorted(there & labels.keys()):
         frame, truth = data.frame(id), ROAD_TYPES[labels[id]]
         pairs.append((truth, selector.select(frame)))
         highway = round(selector.highway_probability(frame), 4)
-        frames.append({"frame": id, "truth": str(truth), "highway": highway})
-    return {**_road_summary(pairs), "frames": frames}
+        frames.append(JudgedRoad(id, str(truth), highway))
+    return RealRoads(_road_summary(pairs), frames)
 
 
 def _static_frames(scenarios: Path) -> set[str]:

@@ -7,13 +7,13 @@ labels, all else stays as it was found, and the result is scored again.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from avsec_gym.box_overlap import box_iou
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.metrics.average_precision import average_precision
 from studies.perception.detection_errors import CATEGORY, Pairs, paired
 
@@ -21,7 +21,17 @@ Correction = Callable[[Boxes3D, Boxes3D, Pairs], Boxes3D]
 """From a frame's labels and detections, and which detection means which label, to better ones."""
 
 
-def corrected_precision(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class CorrectedPrecision:
+    """AP11 of cars, moderate, IoU 0.7, percent."""
+
+    from_above: float = field(metadata=keyed("bev"))
+    in_space: float = field(metadata=keyed("3d"))
+
+
+def corrected_precision(
+    truth: Sequence[Boxes3D], found: Sequence[Boxes3D]
+) -> dict[str, CorrectedPrecision]:
     """AP11 of cars (moderate, IoU 0.7, percent) as found, and with each kind of error corrected.
 
     Args:
@@ -29,17 +39,15 @@ def corrected_precision(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> d
         found: The detections of the same frames.
 
     Returns:
-        ``{kind: {"bev": percent, "3d": percent}}``, in the order of
-        `CORRECTIONS`.
+        By kind, in the order of `CORRECTIONS`.
     """
     pairs = [paired(*frame) for frame in zip(truth, found, strict=True)]
     result = {}
     for name, correct in CORRECTIONS.items():
         better = [correct(*frame) for frame in zip(truth, found, pairs, strict=True)]
         scored = average_precision(truth, better, classes=(CATEGORY,))
-        result[name] = {
-            metric: round(scored.value(CATEGORY, metric), 4) for metric in ("bev", "3d")
-        }
+        bev, space = (round(scored.value(CATEGORY, metric), 4) for metric in ("bev", "3d"))
+        result[name] = CorrectedPrecision(bev, space)
     return result
 
 

@@ -7,9 +7,9 @@ however large; overlap from above, which average precision asks for, is what suf
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,35 @@ class CarErrors:
     """Found minus true, by `ERRORS`; NaN where no detection means the car, shape (N,) each."""
     is_reversed: NDArray[np.bool_]
     """Whether the detection heads the other way; `yaw` does not count that, shape (N,)."""
+
+
+@dataclass(frozen=True)
+class ErrorSpread:
+    """One of `ERRORS` over cars; None without cases."""
+
+    median: float | None
+    median_size: float | None
+    size_of_90: float | None
+    """The size that 90 % stay below."""
+
+
+@dataclass(frozen=True)
+class DistanceErrors:
+    """What a detector makes of the cars at a range of distance; None where there is no case."""
+
+    near: float
+    """Least distance ahead, metres."""
+    far: float | None
+    """Greatest distance, metres; None: no bound."""
+    cars: int
+    seen: float | None
+    """The share that is found in the image."""
+    overlap: Mapping[str, float | None]
+    """The shares that some detection overlaps from above by more than 0.25, 0.5 and 0.7."""
+    reversed: float | None
+    """The share of seen ones whose detection heads the other way."""
+    errors: Mapping[str, ErrorSpread]
+    """Of the seen ones, by `ERRORS`."""
 
 
 def paired(truth: Boxes3D, found: Boxes3D) -> Pairs:
@@ -105,31 +134,24 @@ def car_errors(
     return CarErrors(distance, overlap, score, named, is_reversed.astype(bool))
 
 
-def error_summary(errors: CarErrors) -> list[dict[str, Any]]:
-    """Over all distances, then for each range of them; JSON-able, None where there is no case.
-
-    Returns:
-        Rows with the range (``near``, ``far``, metres; None: no bound), how many ``cars`` there
-        are, the share ``seen`` (in the image), the shares that some detection overlaps from above
-        by more than 0.25, 0.5 and 0.7 (``overlap``), the share of seen ones found ``reversed``, and
-        of each error its median, the median of its size and the size that 90 % stay below.
-    """
+def error_summary(errors: CarErrors) -> list[DistanceErrors]:
+    """Over all distances, then for each range of them."""
     rows = []
     for near, far in ((0.0, np.inf), *DISTANCES):
         chosen = (errors.distance >= near) & (errors.distance < far)
         seen = chosen & np.isfinite(errors.score)
         rows.append(
-            {
-                "near": near,
-                "far": None if np.isinf(far) else far,
-                "cars": int(chosen.sum()),
-                "seen": share(np.isfinite(errors.score[chosen])),
-                "overlap": {
+            DistanceErrors(
+                near=near,
+                far=None if np.isinf(far) else far,
+                cars=int(chosen.sum()),
+                seen=share(np.isfinite(errors.score[chosen])),
+                overlap={
                     f"{least:g}": share(errors.overlap[chosen] > least) for least in _OVERLAPS
                 },
-                "reversed": share(errors.is_reversed[seen]),
-                "errors": {name: _spread(errors.values[name][seen]) for name in ERRORS},
-            }
+                reversed=share(errors.is_reversed[seen]),
+                errors={name: _spread(errors.values[name][seen]) for name in ERRORS},
+            )
         )
     return rows
 
@@ -179,12 +201,12 @@ def _errors_of_frame(
     return truth.location[wanted, 2], overlap[wanted], *columns[:, wanted]
 
 
-def _spread(values: Floats) -> dict[str, float | None]:
+def _spread(values: Floats) -> ErrorSpread:
     if not len(values):
-        return {"median": None, "median_size": None, "size_of_90": None}
+        return ErrorSpread(None, None, None)
     size = np.abs(values)
-    return {
-        "median": round(float(np.median(values)), 4),
-        "median_size": round(float(np.median(size)), 4),
-        "size_of_90": round(float(np.quantile(size, 0.9)), 4),
-    }
+    return ErrorSpread(
+        median=round(float(np.median(values)), 4),
+        median_size=round(float(np.median(size)), 4),
+        size_of_90=round(float(np.quantile(size, 0.9)), 4),
+    )

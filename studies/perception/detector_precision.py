@@ -10,21 +10,25 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.perception.weights.given import shipped_weights
 from studies.answer import answer
-from studies.perception.detector_figures import draw_examples, draw_precision
-from studies.perception.detector_scores import detector_scores
+from studies.perception.detector_figures import Example, draw_examples, draw_precision
+from studies.perception.detector_scores import DetectorScores, detector_scores
 from studies.perception.kept_detections import (
+    FrameTime,
+    LabelledData,
     add_options,
     described,
     detected,
     labelled_frames,
     seconds_a_frame,
 )
-from studies.perception.weights_facts import weights_facts
+from studies.perception.weights_facts import WeightsFacts, weights_facts
 
 BARS = {"dsgn": 53.0, "dsgn_medium": 53.0, "stereo_rcnn": 38.0}
 """AP11 of cars in space, moderate, IoU 0.7, that the small networks are to reach here."""
@@ -37,7 +41,32 @@ NEEDED = ("label_2", "calib", "image_2", "image_3")
 _MAKE = "avsec world make --suite mixed --frames 400 --assets judge --no-lidar --out DIR"
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class ScoredDetector:
+    """A detector, its scores, and what they are held against."""
+
+    asked: str
+    """As the command line names it."""
+    weights: WeightsFacts | None
+    bar: float | None
+    """See `BARS`."""
+    thesis: tuple[float, float, float] | None
+    """See `THESIS`."""
+    scores: DetectorScores = field(metadata=FLAT)
+    seconds: FrameTime
+
+
+@dataclass(frozen=True)
+class DetectorPrecision:
+    """The result."""
+
+    data: LabelledData
+    resamples: int
+    detectors: Mapping[str, ScoredDetector]
+    examples: Sequence[Example] | None
+
+
+def run(options: argparse.Namespace) -> DetectorPrecision:
     """Detect, score, draw.
 
     Raises:
@@ -45,31 +74,27 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         DataError: The folder has no frames, a file is broken, or there are no weights.
     """
     data, ids, truth = labelled_frames(options, NEEDED, _MAKE)
-    found, result = {}, {}
+    found: dict[str, list[Boxes3D]] = {}
+    result: dict[str, ScoredDetector] = {}
     for text in options.detectors:
         asked = named(text)
         name = _label(asked)
         weights = _weights(asked)
         found[name] = detected(asked, weights, data, ids, options.out, options.workers)
-        result[name] = {
-            "asked": text,
-            "weights": weights_facts(weights),
-            "bar": BARS.get(name),
-            "thesis": THESIS.get(name),
-            **detector_scores(truth, found[name], options.resamples, options.seed),
-            "seconds": seconds_a_frame(asked, data, ids[: options.timed]),
-        }
+        result[name] = ScoredDetector(
+            asked=text,
+            weights=weights_facts(weights),
+            bar=BARS.get(name),
+            thesis=THESIS.get(name),
+            scores=detector_scores(truth, found[name], options.resamples, options.seed),
+            seconds=seconds_a_frame(asked, data, ids[: options.timed]),
+        )
     examples = None
     if options.figures is not None:
         draw_precision(truth, found, options.figures)
-        points = {name: figures["working_point"] for name, figures in result.items()}
+        points = {name: figures.scores.working_point for name, figures in result.items()}
         examples = draw_examples(data, ids, truth, found, points, options.figures)
-    return {
-        "data": described(data, truth),
-        "resamples": options.resamples,
-        "detectors": result,
-        "examples": examples,
-    }
+    return DetectorPrecision(described(data, truth), options.resamples, result, examples)
 
 
 def named(text: str) -> dict[str, str]:

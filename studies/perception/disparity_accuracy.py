@@ -12,22 +12,28 @@ import argparse
 import statistics
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import cv2
 import numpy as np
 
 from avsec_gym.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.kitti.stereo import KittiStereo
-from avsec_gym.metrics.disparity_errors import Errors, disparity_errors, error_rates
-from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
+from avsec_gym.metrics.disparity_errors import (
+    DisparityRates,
+    Errors,
+    disparity_errors,
+    error_rates,
+)
+from avsec_gym.perception.depth.depth import DepthEstimator, DisparityMap, pair_scale
 from avsec_gym.perception.depth.ground_truth import GroundTruthDepth
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
@@ -35,7 +41,7 @@ from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.storage.regular_files import is_folder
 from studies.answer import answer
-from studies.perception.weights_facts import weights_facts
+from studies.perception.weights_facts import WeightsFacts, weights_facts
 
 _BENCHMARKS = ("stereo2012", "stereo2015")
 """The folders that they are looked for in."""
@@ -77,7 +83,36 @@ class ReducedMatching:
         return DisparityMap(values, pair_scale(frame, 2, 3))
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class EstimatorErrors:
+    """Errors of an estimator, and its time for a pair."""
+
+    rates: DisparityRates = field(metadata=FLAT)
+    seconds: float
+
+
+@dataclass(frozen=True)
+class MeasuredPairs:
+    """Estimators on the same pairs."""
+
+    pairs: int
+    threads: int
+    estimators: Mapping[str, EstimatorErrors]
+
+
+@dataclass(frozen=True)
+class DisparityAccuracy:
+    """The result; what was not asked for is None."""
+
+    weights: WeightsFacts | None
+    input_size: list[int]
+    """Height and width, pixels."""
+    world: MeasuredPairs | None = field(default=None, metadata=OPTIONAL)
+    real: Mapping[str, MeasuredPairs] | None = field(default=None, metadata=OPTIONAL)
+    """By pair."""
+
+
+def run(options: argparse.Namespace) -> DisparityAccuracy:
     """Measure everything that the options name.
 
     Raises:
@@ -95,27 +130,27 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         ReducedMatching(size, network.configuration.disparities),
         SemiGlobalMatching(),
     )
-    result: dict[str, Any] = {"weights": weights_facts(weights), "input_size": list(size)}
+    result = DisparityAccuracy(weights_facts(weights), list(size))
     if options.world is not None:
         pairs = world_pairs(options.world, options.limit)
-        result["world"] = measured(estimators, pairs, options.resamples, options.seed)
+        world = measured(estimators, pairs, options.resamples, options.seed)
+        result = replace(result, world=world)
     if options.kitti is not None:
-        result["real"] = {
-            pair.frame.id: measured(estimators, [pair]) for pair in real_pairs(options.kitti)
-        }
+        real = {pair.frame.id: measured(estimators, [pair]) for pair in real_pairs(options.kitti)}
+        result = replace(result, real=real)
     return result
 
 
 def measured(
-    estimators: Sequence[Any],
+    estimators: Sequence[DepthEstimator],
     pairs: Iterable[MatchedPair],
     resamples: int = 0,
     seed: int = 0,
-) -> dict[str, Any]:
+) -> MeasuredPairs:
     """Errors of each estimator, and its time for a pair.
 
     Args:
-        estimators: `DepthEstimator`s.
+        estimators: The estimators.
         pairs: One or more.
         resamples: Pairs are drawn anew so many times for 95 % intervals; 0: none.
         seed: The seed of these draws.
@@ -132,14 +167,13 @@ def measured(
             seconds[estimator.name].append(time.perf_counter() - begun)
             errors[estimator.name].append(disparity_errors(found, pair.truth))
     rows = {
-        name: {
-            **error_rates(errors[name], resamples, seed),
-            "seconds": round(statistics.median(seconds[name]), 4),
-        }
+        name: EstimatorErrors(
+            error_rates(errors[name], resamples, seed), round(statistics.median(seconds[name]), 4)
+        )
         for name in errors
     }
     count = len(errors[estimators[0].name])
-    return {"pairs": count, "threads": torch.get_num_threads(), "estimators": rows}
+    return MeasuredPairs(count, torch.get_num_threads(), rows)
 
 
 def world_pairs(root: Path, limit: int | None = None) -> Iterator[MatchedPair]:

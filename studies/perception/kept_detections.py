@@ -7,6 +7,7 @@ import hashlib
 import statistics
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,40 @@ from avsec_gym.perception.weights.store import card_path
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, is_file, read_bytes
 from avsec_gym.world.export.manifest import MANIFEST, read_manifest
 from studies.perception.detection_errors import CATEGORY
+
+
+@dataclass(frozen=True)
+class CarsToFind:
+    """Labelled cars of frames: all, and those to be found at each level of difficulty."""
+
+    all: int
+    easy: int
+    moderate: int
+    hard: int
+
+
+@dataclass(frozen=True)
+class LabelledData:
+    """Which frames were judged on; None where they are of no suite of the procedural world."""
+
+    suite: str | None
+    seed: int | None
+    assets: str | None
+    fingerprint: str | None
+    """Of the sources of the world."""
+    frames: int
+    objects: int
+    cars: CarsToFind
+
+
+@dataclass(frozen=True)
+class FrameTime:
+    """From decoded sensor data to boxes."""
+
+    median: float
+    """Seconds."""
+    frames: int
+    threads: int
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -105,7 +140,7 @@ def detected(
     return [boxes[id] for id in ids]
 
 
-def described(data: KittiObject, truth: Sequence[Boxes3D]) -> dict[str, Any]:
+def described(data: KittiObject, truth: Sequence[Boxes3D]) -> LabelledData:
     """Which frames these are, and how many cars there are to be found.
 
     Args:
@@ -116,26 +151,22 @@ def described(data: KittiObject, truth: Sequence[Boxes3D]) -> dict[str, Any]:
     settings = manifest.get("settings", {})
     labels = pooled(truth, "labels")
     categories = np.concatenate([boxes.category for boxes in truth])
-    return {
-        "suite": settings.get("suite"),
-        "seed": settings.get("seed"),
-        "assets": settings.get("assets"),
-        "fingerprint": manifest.get("fingerprint"),
-        "frames": len(truth),
-        "objects": int((categories != DONT_CARE).sum()),
-        "cars": {
-            "all": int((categories == CATEGORY).sum()),
-            **{
-                name: int((label_status(labels, CATEGORY, level) == COUNTED).sum())
-                for level, name in enumerate(LEVELS)
-            },
-        },
-    }
+    wanted = [
+        int((label_status(labels, CATEGORY, level) == COUNTED).sum())
+        for level in range(len(LEVELS))
+    ]
+    return LabelledData(
+        suite=settings.get("suite"),
+        seed=settings.get("seed"),
+        assets=settings.get("assets"),
+        fingerprint=manifest.get("fingerprint"),
+        frames=len(truth),
+        objects=int((categories != DONT_CARE).sum()),
+        cars=CarsToFind(int((categories == CATEGORY).sum()), *wanted),
+    )
 
 
-def seconds_a_frame(
-    what: Mapping[str, Any], data: KittiObject, ids: Sequence[str]
-) -> dict[str, Any]:
+def seconds_a_frame(what: Mapping[str, Any], data: KittiObject, ids: Sequence[str]) -> FrameTime:
     """From decoded sensor data to boxes, the median; the first frame is seen twice."""
     import torch
 
@@ -150,11 +181,7 @@ def seconds_a_frame(
         begun = time.perf_counter()
         detector.detect(frame)
         taken.append(time.perf_counter() - begun)
-    return {
-        "median": round(statistics.median(taken[1:]), 4),
-        "frames": len(ids),
-        "threads": torch.get_num_threads(),
-    }
+    return FrameTime(round(statistics.median(taken[1:]), 4), len(ids), torch.get_num_threads())
 
 
 def _state(weights: Path | None, data: KittiObject) -> str:

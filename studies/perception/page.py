@@ -8,19 +8,28 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from avsec_gym.errors import DataError
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.report.markdown_table import interval, markdown_table, number
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
+from studies.perception.classifier_accuracy import ClassifierAccuracy
+from studies.perception.detection_errors import LEVEL
+from studies.perception.detector_precision import DetectorPrecision
+from studies.perception.detector_scores import Interval
+from studies.perception.disparity_accuracy import DisparityAccuracy
 from studies.perception.page_classifiers import classifiers
 from studies.perception.page_errors import examples, metres, reasons
 from studies.perception.page_networks import (
+    DetectorTimes,
+    RankedDetector,
     disparity,
     parity,
     ranking,
@@ -28,7 +37,10 @@ from studies.perception.page_networks import (
     seconds,
     training,
 )
-from studies.perception.page_single_sensor import single_sensor
+from studies.perception.page_single_sensor import moderate, single_sensor
+from studies.perception.real_frames import RealFramesResult
+from studies.perception.single_sensor_precision import SingleSensorPrecision
+from studies.perception.training_curves import NetworkCurves
 
 FILES = {
     "detectors": "detectors.json",
@@ -42,44 +54,94 @@ FILES = {
     "parity": "parity.json",
 }
 """What the page shows; only the first must be there."""
+Result = TypeVar("Result")
 
+_ANEW = "Make it anew."
 _ASSETS = {
     "all": "all designs",
     "train": "the designs that networks are trained on",
     "judge": "designs that no network was trained on",
 }
 _METRICS = {"2d": "in the image", "bev": "from above", "3d": "in space", "aos": "orientation"}
-_MODERATE = 1
+
+
+@dataclass(frozen=True)
+class DetectorResults:
+    """What the page shows; parts that are None are left out."""
+
+    detectors: DetectorPrecision
+    single: SingleSensorPrecision | None = None
+    curves: Mapping[str, NetworkCurves] | None = None
+    real: RealFramesResult | None = None
+    disparity: DisparityAccuracy | None = None
+    classifiers: ClassifierAccuracy | None = None
+    seconds: DetectorTimes | None = None
+    ranking: Sequence[RankedDetector] | None = None
+    parity: Mapping[str, Mapping[str, float]] | None = None
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Write the page; which files it was made of.
 
     Raises:
-        DataError: There is no result of the detectors, or a file is no JSON.
+        DataError: There is no result of the detectors, or a file is none of its kind.
     """
-    results = {}
-    for name, file in FILES.items():
-        path = options.results / file
-        if is_file(path):
-            results[name] = read_json(path, remedy="Make it anew.")
-    if "detectors" not in results:
+    folder: Path = options.results
+    text = page(read_results(folder))
+    write_text(folder / "detectors.md", text, overwrite=True)
+    return {
+        "page": "detectors.md",
+        "of": [file for file in FILES.values() if is_file(folder / file)],
+    }
+
+
+def read_results(folder: Path) -> DetectorResults:
+    """The results in a folder, by the names of `FILES`.
+
+    Raises:
+        DataError: There is no result of the detectors, or a file is none of its kind.
+    """
+
+    def read(name: str, parse: Callable[[Any], Result]) -> Result | None:
+        path = folder / FILES[name]
+        if not is_file(path):
+            return None
+        try:
+            return parse(read_json(path, remedy=_ANEW))
+        except (KeyError, TypeError, AttributeError, ValueError) as error:
+            raise DataError(
+                f"This is no result of {name}, or one of an earlier version ({error!r}).",
+                path=path,
+                remedy=_ANEW,
+            ) from error
+
+    detectors = read("detectors", lambda found: row_of(DetectorPrecision, found))
+    if detectors is None:
         raise DataError(
             "There is no result of the detectors.",
-            path=options.results / FILES["detectors"],
+            path=folder / FILES["detectors"],
             remedy="python -m studies.perception.detector_precision writes it.",
         )
-    write_text(options.results / "detectors.md", page(results), overwrite=True)
-    return {"page": "detectors.md", "of": [FILES[name] for name in results]}
+    return DetectorResults(
+        detectors,
+        single=read("single", lambda found: row_of(SingleSensorPrecision, found)),
+        curves=read("curves", _curves),
+        real=read("real", lambda found: row_of(RealFramesResult, found)),
+        disparity=read("disparity", lambda found: row_of(DisparityAccuracy, found)),
+        classifiers=read("classifiers", lambda found: row_of(ClassifierAccuracy, found)),
+        seconds=read("seconds", DetectorTimes.from_json),
+        ranking=read("ranking", lambda found: [row_of(RankedDetector, row) for row in found]),
+        parity=read("parity", dict),
+    )
 
 
-def page(results: Mapping[str, Any]) -> str:
-    """The page as Markdown.
+def _curves(found: Mapping[str, Any]) -> dict[str, NetworkCurves]:
+    return {name: NetworkCurves.from_json(curves) for name, curves in found.items()}
 
-    Args:
-        results: The results by the names of `FILES`; parts that are not there are left out.
-    """
-    scores = results["detectors"]
+
+def page(results: DetectorResults) -> str:
+    """The page as Markdown."""
+    scores = results.detectors
     sections = [
         _head(scores),
         _bar(scores),
@@ -87,90 +149,84 @@ def page(results: Mapping[str, Any]) -> str:
         _by_distance(scores),
         reasons(scores),
         examples(scores),
+        single_sensor(results.single) if results.single else [],
+        training(scores.detectors, results.single, results.disparity, bool(results.curves)),
+        real(results.real) if results.real else [],
+        disparity(results.disparity) if results.disparity else [],
+        classifiers(results.classifiers) if results.classifiers else [],
+        seconds(results.seconds) if results.seconds else [],
+        ranking(results.ranking) if results.ranking is not None else [],
+        parity(results.parity) if results.parity is not None else [],
     ]
-    if "single" in results:
-        sections.append(single_sensor(results["single"]))
-    parts = (results.get(name) for name in ("single", "disparity", "curves"))
-    sections.append(training(scores["detectors"], *parts))
-    for name, section in (
-        ("real", real),
-        ("disparity", disparity),
-        ("classifiers", classifiers),
-        ("seconds", seconds),
-        ("ranking", ranking),
-        ("parity", parity),
-    ):
-        if name in results:
-            sections.append(section(results[name]))
     return "\n\n".join("\n".join(section) for section in sections if section) + "\n"
 
 
-def _head(scores: Mapping[str, Any]) -> list[str]:
-    data, cars = scores["data"], scores["data"]["cars"]
+def _head(scores: DetectorPrecision) -> list[str]:
+    data, cars = scores.data, scores.data.cars
     where, made = "labelled frames", []
-    if data["suite"] is not None:
-        suite, seed, assets = data["suite"], data["seed"], data.get("assets") or "all"
+    if data.suite is not None:
+        suite, seed, assets = data.suite, data.seed, data.assets or "all"
         where = (
             f"frames of the procedural world (suite `{suite}`, seed {seed}, {_ASSETS[assets]},"
-            f" sources {data['fingerprint']})"
+            f" sources {data.fingerprint})"
         )
         made = [
-            f"avsec world make --suite {suite} --frames {data['frames']} --seed {seed}"
+            f"avsec world make --suite {suite} --frames {data.frames} --seed {seed}"
             f" --assets {assets} --no-lidar --out HELD_OUT"
         ]
     return [
         "# What the small detectors reach",
         "",
-        f"On {data['frames']} {where} with {data['objects']} labelled objects, {cars['all']} of"
-        f" them cars; to be found are {cars['easy']} (easy), {cars['moderate']} (moderate),"
-        f" {cars['hard']} (hard). {_held_out(scores)}"
+        f"On {data.frames} {where} with {data.objects} labelled objects, {cars.all} of"
+        f" them cars; to be found are {cars.easy} (easy), {cars.moderate} (moderate),"
+        f" {cars.hard} (hard). {_held_out(scores)}"
         " Average precision of cars by KITTI's rules in percent, with 95 % bootstrap intervals over"
-        f" frames ({scores['resamples']} draws). Numbers in [detectors.json](detectors.json);"
+        f" frames ({scores.resamples} draws). Numbers in [detectors.json](detectors.json);"
         " everything on this page is made by `python -m studies.detectors`, this part by",
         "",
         "```",
         *made,
         "python -m studies.perception.detector_precision --kitti HELD_OUT"
-        f" --detectors {' '.join(row['asked'] for row in scores['detectors'].values())}",
+        f" --detectors {' '.join(row.asked for row in scores.detectors.values())}",
         "```",
     ]
 
 
-def _held_out(scores: Mapping[str, Any]) -> str:
+def _held_out(scores: DetectorPrecision) -> str:
     """What the cards of the weights say of these frames."""
-    cards = [figures["weights"] for figures in scores["detectors"].values() if figures["weights"]]
+    cards = [figures.weights for figures in scores.detectors.values() if figures.weights]
     learned = {
-        (source["suite"], source["seed"])
+        (source.suite, source.seed)
         for card in cards
-        for sources in card["data"].values()
-        for source in sources
+        for source in (*card.data.training, *card.data.validation)
     }
     if not learned:
         return "No card states what the detectors learned from."
-    if (scores["data"]["suite"], scores["data"]["seed"]) in learned:
+    if (scores.data.suite, scores.data.seed) in learned:
         return "**Not held out: a detector was trained or validated on this suite and seed.**"
     known = ", ".join(f"`{suite}` {seed}" for suite, seed in sorted(learned, key=str))
     return f"The networks were trained and validated on others (suite and seed: {known})."
 
 
-def _bar(scores: Mapping[str, Any]) -> list[str]:
-    rows, remarks, reached = [], [], {}
-    for name, figures in scores["detectors"].items():
-        ap = figures["average_precision"]
-        value = reached[name] = ap["0.7"]["3d"]["ap11"][_MODERATE]
+def _bar(scores: DetectorPrecision) -> list[str]:
+    rows, remarks = [], []
+    reached: dict[str, float] = {}
+    for name, figures in scores.detectors.items():
+        strict, loose = (figures.scores.average_precision[iou]["3d"] for iou in ("0.7", "0.5"))
+        value = reached[name] = strict.ap11[LEVEL] or 0.0
         rows.append(
             [
                 f"`{name}`",
-                _ap(ap["0.7"]["3d"], "ap11"),
-                number(figures["bar"], 0),
-                _ap(ap["0.7"]["3d"], "ap40"),
-                _ap(ap["0.5"]["3d"], "ap11"),
-                _ap(ap["0.5"]["3d"], "ap40"),
-                number(figures["thesis"] and figures["thesis"][_MODERATE], 2),
+                moderate(strict.ap11, strict.ap11_interval),
+                number(figures.bar, 0),
+                moderate(strict.ap40, strict.ap40_interval),
+                moderate(loose.ap11, loose.ap11_interval),
+                moderate(loose.ap40, loose.ap40_interval),
+                number(figures.thesis and figures.thesis[LEVEL], 2),
             ]
         )
-        if figures["bar"] is not None:
-            less = figures["bar"] - value
+        if figures.bar is not None:
+            less = figures.bar - value
             remarks.append(
                 f"`{name}` {'misses' if less > 0 else 'passes'} the bar by {abs(less):.1f}."
             )
@@ -191,15 +247,19 @@ def _bar(scores: Mapping[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def _in_full(scores: Mapping[str, Any]) -> list[str]:
+def _in_full(scores: DetectorPrecision) -> list[str]:
     lines = ["## In full", "", "Easy / moderate / hard; the interval is that of moderate."]
-    for name, figures in scores["detectors"].items():
+    for name, figures in scores.detectors.items():
         rows = []
         for metric, title in _METRICS.items():
-            for iou, values in figures["average_precision"].items():
+            for iou, values in figures.scores.average_precision.items():
                 if iou == "0.5" and metric not in ("bev", "3d"):
                     continue  # In the image both sets of thresholds ask for 0.7.
-                cells = [_levels(values[metric], points) for points in ("ap11", "ap40")]
+                every = values[metric]
+                cells = [
+                    _levels(every.ap11, every.ap11_interval),
+                    _levels(every.ap40, every.ap40_interval),
+                ]
                 rows.append([title, iou, *cells])
         lines += ["", f"**`{name}`**", ""]
         lines += markdown_table(["metric", "IoU", "AP11", "AP40"], rows)
@@ -207,17 +267,17 @@ def _in_full(scores: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _by_distance(scores: Mapping[str, Any]) -> list[str]:
+def _by_distance(scores: DetectorPrecision) -> list[str]:
     rows = []
-    for name, figures in scores["detectors"].items():
-        for part in figures["by_distance"]:
-            if "0.7" in part:
+    for name, figures in scores.detectors.items():
+        for part in figures.scores.by_distance:
+            if part.strict and part.loose:
                 cells = [
-                    _ap(part[iou][metric], "ap11", None)
+                    interval(values[metric].ap11, values[metric].ap11_interval)
                     for metric in ("3d", "bev")
-                    for iou in ("0.7", "0.5")
+                    for values in (part.strict, part.loose)
                 ]
-                rows.append([f"`{name}`", metres(part), str(part["cars"]), *cells])
+                rows.append([f"`{name}`", metres(part), str(part.cars), *cells])
     return [
         "## By distance",
         "",
@@ -232,18 +292,12 @@ def _by_distance(scores: Mapping[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def _ap(values: Mapping[str, Any], points: str, level: int | None = _MODERATE) -> str:
-    """Of a list over levels, or of one level where `level` is None."""
-    value, bounds = values[points], values.get(f"{points}_interval")
-    if level is not None:
-        value, bounds = value[level], bounds and bounds[level]
-    return interval(value, bounds)
-
-
-def _levels(values: Mapping[str, Any], points: str) -> str:
-    bounds = values.get(f"{points}_interval")
-    text = " / ".join(number(value, 1) for value in values[points])
-    return text + (f" ({bounds[_MODERATE][0]:.1f} to {bounds[_MODERATE][1]:.1f})" if bounds else "")
+def _levels(values: Sequence[float | None], bounds: Sequence[Interval] | None) -> str:
+    text = " / ".join(number(value, 1) for value in values)
+    if not bounds:
+        return text
+    low, high = (number(bound, 1) for bound in bounds[LEVEL])
+    return f"{text} ({low} to {high})"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

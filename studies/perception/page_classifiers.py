@@ -2,57 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from avsec_gym.errors import DataError
 from avsec_gym.report.markdown_table import interval, markdown_table, share
+from studies.perception.classifier_accuracy import Accuracy, ClassifierAccuracy
 
 
-def classifiers(found: Mapping[str, Any]) -> list[str]:
+def classifiers(found: ClassifierAccuracy) -> list[str]:
     """How often the moving-object classifier and the driving-constraint selector are right.
 
     Args:
         found: The result of `studies.perception.classifier_accuracy`.
     """
-    motion, road = found["motion"], found["road_type"]
-    world, real = motion["world"], motion["real"]
-    same = world["single_crop_of_the_same"]
-    standing = world["with_neighbour"]["confusion"]
+    motion, road = found.motion, found.road_type
+    if motion.world is None or road.world is None:
+        raise DataError("The result of the classifiers is not of the procedural world.")
+    moves, real = motion.world.accuracy, motion.real or {}
+    same = moves.single_crop_of_the_same
+    standing = moves.with_neighbour.confusion
     stand = standing["no_said_no"] + standing["no_said_yes"]
     rows = [
-        _row("moves, with an earlier frame", world["with_neighbour"]),
-        *(_row(f"… {distance} away", counts) for distance, counts in world["by_distance"].items()),
-        _row("moves, by the single crop, the same objects", same, motion["thesis"]),
+        _row("moves, with an earlier frame", moves.with_neighbour),
+        *(_row(f"… {distance} away", counts) for distance, counts in moves.by_distance.items()),
+        _row("moves, by the single crop, the same objects", same, motion.thesis),
     ]
     for name, words in (
         ("flags_of_scenarios", "real frames with the scenarios' flags, by the single crop"),
         ("static_by_list", "real frames that the authors' list calls static, with earlier frames"),
     ):
         if name in real:
-            kind = "single_crop" if name == "flags_of_scenarios" else "with_neighbour"
-            rows.append(_row(words, real[name][kind], motion["thesis"]))
-    rows.append(_row("road type", road["world"]))
-    if road.get("real"):
-        rows.append(_row("road type, real frames", road["real"], road["thesis"]))
+            of = real[name].accuracy
+            counts = of.single_crop if name == "flags_of_scenarios" else of.with_neighbour
+            rows.append(_row(words, counts, motion.thesis))
+    rows.append(_row("road type", road.world.accuracy))
+    if road.real:
+        rows.append(_row("road type, real frames", road.real.accuracy, road.thesis))
     return [
         "## Who moves, and on what road",
         "",
-        f"On {world['scenes']} (moving) and {road['world']['scenes']} (road type) held-out scenes"
+        f"On {motion.world.scenes} (moving) and {road.world.scenes} (road type) held-out scenes"
         " of the procedural world, and apart from them on the real frames at hand. Wilson's 95 %"
         " intervals take objects for independent, though those of one scene are not. Who always"
-        f" said “stands” would be right in {share(stand / max(same['cases'], 1))} % of the objects"
+        f" said “stands” would be right in {share(stand / max(same.cases, 1))} % of the objects"
         " with an earlier frame. The thesis' figures are of its own real crops.",
         "",
         *markdown_table(["what", "cases", "right, %", "thesis, %"], rows),
     ]
 
 
-def _row(words: str, found: Mapping[str, Any], thesis: float | None = None) -> list[str]:
-    percent = None if found["accuracy"] is None else 100 * found["accuracy"]
-    bounds = None if found["interval"] is None else [100 * bound for bound in found["interval"]]
+def _row(words: str, found: Accuracy, thesis: float | None = None) -> list[str]:
+    percent = None if found.accuracy is None else 100 * found.accuracy
+    bounds = None if found.interval is None else [100 * bound for bound in found.interval]
     return [
         words,
-        str(found["cases"]),
+        str(found.cases),
         interval(percent, bounds),
         "" if thesis is None else f"{100 * thesis:.2f}",
     ]

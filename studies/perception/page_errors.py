@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+from avsec_gym.metrics.working_point import Counts
 from avsec_gym.report.markdown_table import markdown_table, number, share
+from studies.perception.corrected_detections import CorrectedPrecision
+from studies.perception.detection_errors import DistanceErrors, ErrorSpread
+from studies.perception.detector_precision import DetectorPrecision, ScoredDetector
+from studies.perception.detector_scores import DistancePrecision
 
 _KINDS = {
     "nothing": "as found",
@@ -31,9 +35,9 @@ _ERRORS = {
 }
 
 
-def reasons(scores: Mapping[str, Any]) -> list[str]:
+def reasons(scores: DetectorPrecision) -> list[str]:
     """What is found at all, how far off it is, and what correcting that would give."""
-    detectors = scores["detectors"]
+    detectors = scores.detectors
     return [
         "## Why precision is lost",
         "",
@@ -41,21 +45,21 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
         "",
         *_corrected(detectors),
         "",
-        " ".join(_costliest(name, figures["corrected"]) for name, figures in detectors.items()),
+        " ".join(_costliest(name, figures.scores.corrected) for name, figures in detectors.items()),
     ]
 
 
-def _seen_and_errors(detectors: Mapping[str, Any]) -> list[str]:
+def _seen_and_errors(detectors: Mapping[str, ScoredDetector]) -> list[str]:
     """Two tables, a line for each detector and range of distance that holds cars."""
     seen, errors = [], []
     for name, figures in detectors.items():
-        for part in figures["errors"]:
-            if not part["cars"]:
+        for part in figures.scores.errors:
+            if not part.cars:
                 continue
-            head = [f"`{name}`", metres(part), str(part["cars"])]
-            seen.append([*head, share(part["seen"]), *map(share, part["overlap"].values())])
-            cells = [_error(part["errors"][kind], unit) for kind, (_, unit) in _ERRORS.items()]
-            errors.append([*head[:2], *cells, share(part["reversed"])])
+            head = [f"`{name}`", metres(part), str(part.cars)]
+            seen.append([*head, share(part.seen), *map(share, part.overlap.values())])
+            cells = [_error(part.errors[kind], unit) for kind, (_, unit) in _ERRORS.items()]
+            errors.append([*head[:2], *cells, share(part.reversed)])
     return [
         "How many of the cars to find (moderate) are seen in the image (boxes share half), and how"
         " many any detection overlaps from above by more than so much; all detections count,"
@@ -76,17 +80,17 @@ def _seen_and_errors(detectors: Mapping[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def _corrected(detectors: Mapping[str, Any]) -> list[str]:
+def _corrected(detectors: Mapping[str, ScoredDetector]) -> list[str]:
     """A table of the precision with one kind of error corrected, a line for each kind."""
-    places = {"3d": "in space", "bev": "from above"}
-    titles = [f"`{name}` {where}" for name in detectors for where in places.values()]
+    titles = [f"`{name}` {where}" for name in detectors for where in ("in space", "from above")]
     kinds = [
         [
             title,
             *(
-                number(figures["corrected"][kind][metric], 1)
+                number(value, 1)
                 for figures in detectors.values()
-                for metric in places
+                for corrected in (figures.scores.corrected[kind],)
+                for value in (corrected.in_space, corrected.from_above)
             ),
         ]
         for kind, title in _KINDS.items()
@@ -99,9 +103,9 @@ def _corrected(detectors: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _costliest(name: str, corrected: Mapping[str, Mapping[str, float]]) -> str:
+def _costliest(name: str, corrected: Mapping[str, CorrectedPrecision]) -> str:
     """A detector's costliest single error, and the price of the cars that it misses."""
-    precision = {kind: metrics["3d"] for kind, metrics in corrected.items()}
+    precision = {kind: values.in_space for kind, values in corrected.items()}
     best = max(_SINGLE, key=precision.__getitem__)
     return (
         f"Of single errors of `{name}`, most is lost by {_lost(best)}:"
@@ -110,21 +114,21 @@ def _costliest(name: str, corrected: Mapping[str, Mapping[str, float]]) -> str:
     )
 
 
-def examples(scores: Mapping[str, Any]) -> list[str]:
+def examples(scores: DetectorPrecision) -> list[str]:
     """Frames chosen by rule; nothing where none were drawn."""
-    chosen = scores.get("examples")
+    chosen = scores.examples
     if not chosen:
         return []
-    points = {name: figures["working_point"] for name, figures in scores["detectors"].items()}
+    points = {name: figures.scores.working_point for name, figures in scores.detectors.items()}
     lines = [
         "## Pictures",
         "",
-        f"The {chosen[0]['of']} frames with three or more cars to find, ordered by how right all"
+        f"The {chosen[0].of} frames with three or more cars to find, ordered by how right all"
         " detectors together are (F1, IoU 0.5 from above): the best, the median, the worst. Shown"
         " are boxes from the score at which a detector's F1 over all frames is best: "
         + "; ".join(
-            f"`{name}` {point['score']:.2f} (precision {100 * point['precision']:.0f} %, recall"
-            f" {100 * point['recall']:.0f} %)"
+            f"`{name}` {point.score:.2f} (precision {100 * point.precision:.0f} %, recall"
+            f" {100 * point.recall:.0f} %)"
             if point
             else f"`{name}` none"
             for name, point in points.items()
@@ -132,27 +136,24 @@ def examples(scores: Mapping[str, Any]) -> list[str]:
         + ".",
     ]
     for example in chosen:
-        counts = "; ".join(
-            f"`{name}` {_counts(count)}" for name, count in example["counts"].items()
-        )
-        lines += ["", f"Frame {example['frame']}, the {example['rank']}: {counts}."]
-        lines += ["", f"![The {example['rank']} frame](images/detections_{example['rank']}.jpg)"]
+        counts = "; ".join(f"`{name}` {_counts(count)}" for name, count in example.counts.items())
+        lines += ["", f"Frame {example.frame}, the {example.rank}: {counts}."]
+        lines += ["", f"![The {example.rank} frame](images/detections_{example.rank}.jpg)"]
     return lines
 
 
-def metres(part: Mapping[str, Any]) -> str:
+def metres(part: DistanceErrors | DistancePrecision) -> str:
     """A range of distance."""
-    near, far = part["near"], part["far"]
+    near, far = part.near, part.far
     if far is None:
         return f"{near:g} and more" if near else "all"
     return f"{near:g} to {far:g}"
 
 
-def _error(spread: Mapping[str, float | None], unit: str) -> str:
+def _error(spread: ErrorSpread, unit: str) -> str:
     digits = 1 if unit == "°" else 2
-    return " / ".join(
-        number(spread[name], digits) for name in ("median", "median_size", "size_of_90")
-    )
+    values = (spread.median, spread.median_size, spread.size_of_90)
+    return " / ".join(number(value, digits) for value in values)
 
 
 def _lost(kind: str) -> str:
@@ -160,7 +161,5 @@ def _lost(kind: str) -> str:
             "score": "the order of scores"}.get(kind, kind)  # fmt: skip
 
 
-def _counts(counts: Mapping[str, int]) -> str:
-    return (
-        f"{counts['found']} found, {counts['missed']} missed, {counts['false_alarms']} false alarms"
-    )
+def _counts(counts: Counts) -> str:
+    return f"{counts.found} found, {counts.missed} missed, {counts.false_alarms} false alarms"

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from avsec_gym.experiments.json_rows import row_of
+from avsec_gym.metrics.disparity_errors import ErrorRate
 from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, number
+from studies.perception.detector_precision import ScoredDetector
+from studies.perception.disparity_accuracy import DisparityAccuracy
+from studies.perception.real_frames import FrameCounts, RealFramesResult
+from studies.perception.single_sensor_precision import SingleSensorPrecision
+from studies.perception.weights_facts import SourceFacts
 
 _ESTIMATORS = {
     "psmnet": "PSMNet, small",
@@ -20,11 +28,55 @@ _VALIDATED = {
 }
 
 
+@dataclass(frozen=True)
+class DetectorTime:
+    """What a detector costs; seconds."""
+
+    trained: bool
+    """Whether it had trained weights."""
+    parameters: int
+    detect: float
+    pixel_gradient: float
+    training_per_image: float
+
+
+@dataclass(frozen=True)
+class DetectorTimes:
+    """The result of ``benchmarks/detectors.py``."""
+
+    threads: int
+    frames: int
+    detectors: Mapping[str, DetectorTime]
+
+    @classmethod
+    def from_json(cls, found: Mapping[str, Any]) -> DetectorTimes:
+        """The detectors stand among the two numbers."""
+        rows = {name: row for name, row in found.items() if isinstance(row, Mapping)}
+        return cls(
+            found["threads"],
+            found["frames"],
+            {name: row_of(DetectorTime, row) for name, row in rows.items()},
+        )
+
+
+@dataclass(frozen=True)
+class RankedDetector:
+    """A row of ``examples/rank_detectors.py``."""
+
+    detector: str
+    safe_driving_rate: float
+    interval: tuple[float, float]
+    collisions: int
+    unplanned: int
+    found: float
+    """The share of the objects that are found."""
+
+
 def training(
-    detectors: Mapping[str, Any],
-    single: Mapping[str, Any] | None,
-    disparity: Mapping[str, Any] | None,
-    curves: Any,
+    detectors: Mapping[str, ScoredDetector],
+    single: SingleSensorPrecision | None,
+    disparity: DisparityAccuracy | None,
+    has_curves: bool,
 ) -> list[str]:
     """What the cards of the weights say, and the curves.
 
@@ -32,27 +84,29 @@ def training(
         detectors: The results of `detector_precision`.
         single: The results of `single_sensor_precision`.
         disparity: The results of `disparity_accuracy`, whose network has a card, too.
-        curves: The curves of `training_curves`; None where there are none.
+        has_curves: Whether there are curves of `training_curves`.
     """
-    measured = {**detectors, **(single["detectors"] if single else {})}
-    cards = {name: figures["weights"] for name, figures in measured.items()}
-    cards["psmnet"] = disparity and disparity["weights"]
+    cards = {name: figures.weights for name, figures in detectors.items()}
+    if single:
+        cards |= {name: figures.weights for name, figures in single.detectors.items()}
+    cards["psmnet"] = disparity.weights if disparity else None
     known = {name: card for name, card in cards.items() if card}
     if not known:
         return []
     rows = [
         [
             f"`{name}`",
-            number(card["parameters"], 0),
-            number(card["bytes"] / 1e6, 1),
-            _frames(card["data"]["training"]),
-            _frames(card["data"]["validation"]),
-            f"{_in_all(card, 'epochs')}; {_in_all(card, 'steps')}",
-            _in_all(card, "minutes"),
-            card["hardware"] or UNKNOWN,
-            number(card["seed"], 0),
-            _validated(card["metrics"]),
-            f"`{card['sha256'][:12]}`",
+            number(card.parameters, 0),
+            number(card.bytes / 1e6, 1),
+            _frames(card.data.training),
+            _frames(card.data.validation),
+            f"{_in_all([each.epochs for each in card.trainings])};"
+            f" {_in_all([each.steps for each in card.trainings])}",
+            _in_all([each.minutes for each in card.trainings]),
+            card.hardware or UNKNOWN,
+            number(card.seed, 0),
+            _validated(card.metrics),
+            f"`{card.sha256[:12]}`",
         ]
         for name, card in known.items()
     ]
@@ -68,15 +122,10 @@ def training(
         ),
         "",
         "```",
-        *(
-            training["command"]
-            for card in known.values()
-            for training in card["trainings"]
-            if training["command"]
-        ),
+        *(each.command for card in known.values() for each in card.trainings if each.command),
         "```",
     ]  # fmt: skip
-    if curves:
+    if has_curves:
         lines += [
             "",
             "The numbers of the curves are in [detector_training.json](detector_training.json).",
@@ -86,31 +135,23 @@ def training(
     return lines
 
 
-def _in_all(card: Mapping[str, Any], what: str) -> str:
+def _in_all(counts: Sequence[float | None]) -> str:
     """The sum over the trainings that made the weights, up to their best validations."""
-    counts = [training[what] for training in card["trainings"]]
-    return UNKNOWN if None in counts else number(sum(counts), 0)
+    known = [count for count in counts if count is not None]
+    return UNKNOWN if len(known) < len(counts) else number(sum(known), 0)
 
 
-def real(result: Mapping[str, Any]) -> list[str]:
+def real(result: RealFramesResult) -> list[str]:
     """Of `real_frames`."""
     rows = []
-    for name, figures in result["detectors"].items():
-        for id, frame in [*figures["frames"].items(), ("all", figures["all"])]:
-            sure = [f"{found['score']:.2f}" for found in frame.get("surest", ())[:3]]
-            rows.append(
-                [
-                    f"`{name}`",
-                    id,
-                    str(len(frame["cars"])) if "cars" in frame else "",
-                    str(frame["to_find"]),
-                    str(frame["seen_in_image"]),
-                    *(str(frame[kind]) for kind in ("found", "missed", "false_alarms")),
-                    ", ".join(sure),
-                ]
-            )
+    for name, figures in result.detectors.items():
+        for id, frame in figures.frames.items():
+            sure = [number(found.score, 2) for found in frame.surest[:3]]
+            counts = _real_counts(frame.total)
+            rows.append([f"`{name}`", id, str(len(frame.cars)), *counts, ", ".join(sure)])
+        rows.append([f"`{name}`", "all", "", *_real_counts(figures.all), ""])
     least = ", ".join(
-        f"`{name}` {figures['least_score']:.2f}" for name, figures in result["detectors"].items()
+        f"`{name}` {figures.least_score:.2f}" for name, figures in result.detectors.items()
     )
     return [
         "## Real frames, out of domain",
@@ -136,12 +177,18 @@ def real(result: Mapping[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def disparity(result: Mapping[str, Any]) -> list[str]:
+def _real_counts(frames: FrameCounts) -> list[str]:
+    counts = frames.counts
+    numbers = (frames.to_find, frames.seen_in_image, counts.found, counts.missed)
+    return [*map(str, numbers), str(counts.false_alarms)]
+
+
+def disparity(result: DisparityAccuracy) -> list[str]:
     """Of `disparity_accuracy`."""
     parts = {}
-    if "world" in result:
-        parts[f"{result['world']['pairs']} held-out pairs, dense truth"] = result["world"]
-    parts |= {f"{name}, one real pair": figures for name, figures in result.get("real", {}).items()}
+    if result.world:
+        parts[f"{result.world.pairs} held-out pairs, dense truth"] = result.world
+    parts |= {f"{name}, one real pair": figures for name, figures in (result.real or {}).items()}
     lines = [
         "## Disparity",
         "",
@@ -149,7 +196,7 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
         " (D1) by more than 5 % as well, in percent. *Found*: the pixels where an estimator gives"
         " something; *all*: every pixel with truth, occluded ones among them, holes filled as"
         " KITTI's development kit fills them. PSMNet reduces images to"
-        f" {result['input_size'][1]} x {result['input_size'][0]} pixels. Intervals (95 %) by"
+        f" {result.input_size[1]} x {result.input_size[0]} pixels. Intervals (95 %) by"
         " bootstrap over pairs; real pairs are out of PSMNet's domain.",
         "",
         "```",
@@ -160,17 +207,21 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
         rows = [
             [
                 _ESTIMATORS[name],
-                _rate(figures["density"], 100),
+                _rate(figures.rates.density, 100),
                 *(
-                    _rate(figures[where][what], scale)
-                    for where in ("found", "all")
-                    for what, scale in (("end_point_error", 1), ("off_3px", 100), ("d1", 100))
+                    _rate(rate, scale)
+                    for pixels in (figures.rates.found, figures.rates.all)
+                    for rate, scale in (
+                        (pixels.end_point_error, 1),
+                        (pixels.off_3px, 100),
+                        (pixels.d1, 100),
+                    )
                 ),
-                number(figures["seconds"], 2),
+                number(figures.seconds, 2),
             ]
-            for name, figures in part["estimators"].items()
+            for name, figures in part.estimators.items()
         ]
-        lines += ["", f"**{title}** (time on {part['threads']} threads)", ""]
+        lines += ["", f"**{title}** (time on {part.threads} threads)", ""]
         lines += markdown_table(
             ["estimator", "found, %", "found: error, px", "> 3 px, %", "D1, %", "all: error, px",
              "> 3 px, %", "D1, %", "s a pair"],
@@ -179,14 +230,13 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def seconds(result: Mapping[str, Any]) -> list[str]:
+def seconds(result: DetectorTimes) -> list[str]:
     """Of ``benchmarks/detectors.py``."""
-    names = [name for name, figures in result.items() if isinstance(figures, Mapping)]
     return [
         "## Time",
         "",
-        f"Seconds, median over {result['frames']} frames of 1242 x 375 pixels on"
-        f" {result['threads']} threads of a shared machine, by `python benchmarks/detectors.py`: a"
+        f"Seconds, median over {result.frames} frames of 1242 x 375 pixels on"
+        f" {result.threads} threads of a shared machine, by `python benchmarks/detectors.py`: a"
         " frame from decoded images to boxes; the gradient of the loss down to the pixels (a step"
         " of an attack); training, for each image.",
         "",
@@ -195,19 +245,18 @@ def seconds(result: Mapping[str, Any]) -> list[str]:
             [
                 [
                     f"`{name}`",
-                    "yes" if result[name]["trained"] else "no",
-                    *(
-                        number(result[name][what], 2)
-                        for what in ("detect", "pixel_gradient", "training_per_image")
-                    ),
+                    "yes" if time.trained else "no",
+                    number(time.detect, 2),
+                    number(time.pixel_gradient, 2),
+                    number(time.training_per_image, 2),
                 ]
-                for name in names
+                for name, time in result.detectors.items()
             ],
         ),
     ]
 
 
-def ranking(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def ranking(rows: Sequence[RankedDetector]) -> list[str]:
     """Of ``examples/rank_detectors.py``."""
     return [
         "## Who drives safely",
@@ -221,13 +270,11 @@ def ranking(rows: Sequence[Mapping[str, Any]]) -> list[str]:
             ["detector", "safe driving", "collisions", "without a plan", "objects found"],
             [
                 [
-                    f"`{row['detector']}`",
-                    interval(
-                        100 * row["safe_driving_rate"], [100 * bound for bound in row["interval"]]
-                    ),
-                    str(row["collisions"]),
-                    str(row["unplanned"]),
-                    number(100 * row["found"], 1),
+                    f"`{row.detector}`",
+                    interval(100 * row.safe_driving_rate, [100 * bound for bound in row.interval]),
+                    str(row.collisions),
+                    str(row.unplanned),
+                    number(100 * row.found, 1),
                 ]
                 for row in rows
             ],
@@ -253,12 +300,12 @@ def parity(result: Mapping[str, Mapping[str, float]]) -> list[str]:
     ]
 
 
-def _frames(sources: Sequence[Mapping[str, Any]]) -> str:
+def _frames(sources: Sequence[SourceFacts]) -> str:
     known = []
     for source in sources:
-        known.append(f"{source['frames']} frames of `{source['suite']}`, seed {source['seed']}")
-        if source.get("baseline"):
-            known[-1] += f", {100 * source['baseline']:.0f} cm between the cameras"
+        known.append(f"{source.frames} frames of `{source.suite}`, seed {source.seed}")
+        if source.baseline:
+            known[-1] += f", {100 * source.baseline:.0f} cm between the cameras"
     return "; ".join(known) or UNKNOWN
 
 
@@ -270,8 +317,7 @@ def _validated(metrics: Mapping[str, float]) -> str:
     return UNKNOWN
 
 
-def _rate(rate: Mapping[str, Any], scale: float) -> str:
-    value, bounds = rate["value"], rate["interval"]
-    scaled = None if value is None else scale * value
-    digits = 1 if scale > 1 else 2
-    return interval(scaled, bounds and [scale * bound for bound in bounds], digits)
+def _rate(rate: ErrorRate, scale: float) -> str:
+    scaled = None if rate.value is None else scale * rate.value
+    bounds = rate.interval and [scale * bound for bound in rate.interval]
+    return interval(scaled, bounds, 1 if scale > 1 else 2)

@@ -2,45 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from avsec_gym.report.markdown_table import interval, markdown_table, number
+from studies.perception.detection_errors import LEVEL
+from studies.perception.detector_scores import Interval
+from studies.perception.single_sensor_precision import ScoredSensor, SingleSensorPrecision
 
 _WHERE = {"2d": "in the image", "bev": "from above", "3d": "in space"}
-_MODERATE = 1
 
 
-def single_sensor(result: Mapping[str, Any]) -> list[str]:
+def single_sensor(result: SingleSensorPrecision) -> list[str]:
     """Of `single_sensor_precision`."""
-    data, rows = result["data"], []
-    for name, figures in result["detectors"].items():
-        precision = figures["average_precision"]
+    data, rows = result.data, []
+    for name, figures in result.detectors.items():
+        precision = figures.average_precision
         for metric in next(iter(precision.values())):
             cells = [
-                interval(values[metric][points][_MODERATE], _bounds(values[metric], points))
+                cell
                 for values in precision.values()
-                for points in ("ap11", "ap40")
+                for cell in (
+                    moderate(values[metric].ap11, values[metric].ap11_interval),
+                    moderate(values[metric].ap40, values[metric].ap40_interval),
+                )
             ]
-            seconds = number(figures["seconds"]["median"], 2)
-            rows.append([f"`{name}`", figures["sensor"], _WHERE[metric], *cells, seconds])
-    ious = next(iter(result["detectors"].values()))["average_precision"]
+            seconds = number(figures.seconds.median, 2)
+            rows.append([f"`{name}`", figures.sensor, _WHERE[metric], *cells, seconds])
+    ious = next(iter(result.detectors.values())).average_precision
     titles = [f"{points}, IoU {iou}" for iou in ious for points in ("AP11", "AP40")]
-    threads = {figures["seconds"]["threads"] for figures in result["detectors"].values()}
+    threads = {figures.seconds.threads for figures in result.detectors.values()}
     made, whose = [], ""
-    if data["suite"] is not None:
-        suite, seed = data["suite"], data["seed"]
+    if data.suite is not None:
+        suite, seed = data.suite, data.seed
         whose = f" of the procedural world (suite `{suite}`, seed {seed})"
-        made = [
-            f"avsec world make --suite {suite} --frames {data['frames']} --seed {seed} --out DIR"
-        ]
+        made = [f"avsec world make --suite {suite} --frames {data.frames} --seed {seed} --out DIR"]
     return [
         "## Of one sensor",
         "",
         "The detectors that chapter 3 compares between sensors, on"
-        f" {data['frames']} held-out frames with scans{whose}, {data['cars']['moderate']} moderate"
+        f" {data.frames} held-out frames with scans{whose}, {data.cars.moderate} moderate"
         " cars in them: average precision of cars, moderate, with 95 %"
-        f" bootstrap intervals over frames ({result['resamples']} draws), in what the sensor lets"
+        f" bootstrap intervals over frames ({result.resamples} draws), in what the sensor lets"
         " them tell: PIXOR knows no heights, an image no places. Seconds a frame on"
         f" {' or '.join(map(str, sorted(threads)))} threads. Numbers in"
         " [single_sensor_detectors.json](single_sensor_detectors.json).",
@@ -48,24 +50,24 @@ def single_sensor(result: Mapping[str, Any]) -> list[str]:
         "```",
         *made,
         "python -m studies.perception.single_sensor_precision --kitti DIR"
-        + " --real ROOT" * any("real" in figures for figures in result["detectors"].values()),
+        + " --real ROOT" * any(figures.real for figures in result.detectors.values()),
         "```",
         "",
         *markdown_table(["detector", "sees", "scored", *titles, "s a frame"], rows),
-        *_in_real_frames(result["detectors"]),
+        *_in_real_frames(result.detectors),
     ]
 
 
-def _in_real_frames(detectors: Mapping[str, Mapping[str, Any]]) -> list[str]:
+def _in_real_frames(detectors: Mapping[str, ScoredSensor]) -> list[str]:
     rows = [
         [
             f"`{name}`",
-            number(figures["working_point"]["score"], 2),
-            str(len(real["frames"])),
-            *(str(real[key]) for key in ("found", "missed", "false_alarms")),
+            number(figures.working_point.score if figures.working_point else None, 2),
+            str(len(real.frames)),
+            *map(str, (real.counts.found, real.counts.missed, real.counts.false_alarms)),
         ]
         for name, figures in detectors.items()
-        if (real := figures.get("real"))
+        if (real := figures.real)
     ]
     if not rows:
         return []
@@ -82,6 +84,6 @@ def _in_real_frames(detectors: Mapping[str, Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def _bounds(values: Mapping[str, Any], points: str) -> Any:
-    found = values.get(f"{points}_interval")
-    return found and found[_MODERATE]
+def moderate(values: Sequence[float | None], bounds: Sequence[Interval] | None) -> str:
+    """A precision at the moderate level, with its interval."""
+    return interval(values[LEVEL], bounds[LEVEL] if bounds else None)

@@ -11,8 +11,8 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,9 +21,10 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.found_and_true import draw_frame, draw_frames_from_above
 from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.errors import DataError
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above, default_score_threshold
-from avsec_gym.metrics.working_point import MIN_IOU, counted
+from avsec_gym.metrics.working_point import MIN_IOU, Counts, counted
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.storage.json_files import read_json
 from studies.answer import answer
@@ -42,7 +43,75 @@ _SUREST = 10
 """So many detections of a frame are listed."""
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class FrameCounts:
+    """What is right and wrong, of the detections that are sure enough."""
+
+    to_find: int
+    """Moderate cars."""
+    seen_in_image: int
+    """How many of them a detection means in the image."""
+    counts: Counts = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class LabelledCar:
+    """A labelled car, and the detection that means it in the image."""
+
+    ahead: float | None
+    """Metres."""
+    to_find: bool
+    """At the moderate level."""
+    score: float | None
+    """None where no detection means it."""
+    depth_error: float | None
+    """Found minus true, metres."""
+    overlap: float | None
+    """The largest intersection over union from above with any detection, however unsure."""
+
+
+@dataclass(frozen=True)
+class DescribedDetection:
+    """A detection, and the category of the label that it means."""
+
+    score: float | None
+    right: float | None
+    """Metres."""
+    ahead: float | None
+    """Metres."""
+    means: str | None
+    is_right: bool
+
+
+@dataclass(frozen=True)
+class ComparedFrame:
+    """What a detector finds in a frame."""
+
+    total: FrameCounts = field(metadata=FLAT)
+    cars: list[LabelledCar]
+    """Nearest first."""
+    surest: list[DescribedDetection]
+
+
+@dataclass(frozen=True)
+class RealDetections:
+    """What a detector finds in all frames."""
+
+    least_score: float
+    """Of the boxes that count."""
+    frames: Mapping[str, ComparedFrame]
+    all: FrameCounts
+
+
+@dataclass(frozen=True)
+class RealFramesResult:
+    """The result."""
+
+    frames: list[str]
+    detectors: Mapping[str, RealDetections]
+
+
+def run(options: argparse.Namespace) -> RealFramesResult:
     """Detect, compare, draw.
 
     Raises:
@@ -68,71 +137,54 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if options.figure is not None:
         frames = {id: (truth[id], shown[id]) for id in options.frames}
         save_picture(draw_frames_from_above(frames), options.figure, overwrite=True)
-    return {
-        "frames": list(options.frames),
-        "detectors": {
-            name: {
-                "least_score": round(least[name], 4),
-                "frames": {
-                    id: compared(truth[id], found[name][id], least[name]) for id in options.frames
-                },
-                "all": _total(
-                    [truth[id] for id in found[name]], [*found[name].values()], least[name]
-                ),
-            }
-            for name in found
-        },
+    detectors = {
+        name: RealDetections(
+            least_score=round(least[name], 4),
+            frames={id: compared(truth[id], boxes[id], least[name]) for id in options.frames},
+            all=_total([truth[id] for id in boxes], [*boxes.values()], least[name]),
+        )
+        for name, boxes in found.items()
     }
+    return RealFramesResult(list(options.frames), detectors)
 
 
-def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> dict[str, Any]:
-    """What a detector reports of a frame's cars; JSON-able.
+def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> ComparedFrame:
+    """What a detector reports of a frame's cars.
 
     Args:
         truth: Labels, DontCare regions included.
         found: All detections.
         least_score: The least score of those that are taken for real.
-
-    Returns:
-        Right and wrong (`avsec_gym.metrics.working_point`); each labelled car,
-        nearest first: metres ahead, whether it is to be found at the moderate level, the score of
-        the detection that means it in the image, how far off that is in depth, and the largest
-        overlap from above, also of detections that are not sure enough; and the surest detections.
     """
     is_car = truth.category == CATEGORY
     errors = car_errors([truth], [found], [is_car])
-    columns = {
-        "ahead": errors.distance,
-        "to_find": wanted_cars([truth])[0][is_car],
-        "score": errors.score,
-        "depth_error": errors.values["depth"],
-        "overlap": errors.overlap,
-    }
+    to_find = wanted_cars([truth])[0][is_car]
     cars = [
-        {name: _plain(column[i]) for name, column in columns.items()}
+        LabelledCar(
+            ahead=_rounded(errors.distance[i]),
+            to_find=bool(to_find[i]),
+            score=_rounded(errors.score[i]),
+            depth_error=_rounded(errors.values["depth"][i]),
+            overlap=_rounded(errors.overlap[i]),
+        )
         for i in np.argsort(errors.distance)
     ]
     surest = found[np.argsort(-found.score, kind="stable")[:_SUREST]]
-    return {
-        **_total([truth], [found], least_score),
-        "cars": cars,
-        "surest": _described(truth, surest),
-    }
+    total = _total([truth], [found], least_score)
+    return ComparedFrame(total, cars, _described(truth, surest))
 
 
-def _total(
-    truth: Sequence[Boxes3D], found: Sequence[Boxes3D], least_score: float
-) -> dict[str, Any]:
+def _total(truth: Sequence[Boxes3D], found: Sequence[Boxes3D], least_score: float) -> FrameCounts:
     real = [above(boxes, least_score) for boxes in found]
     meant = sum(
         int(np.isin(np.flatnonzero(wanted), paired(labels, boxes).label).sum())
         for labels, boxes, wanted in zip(truth, real, wanted_cars(truth), strict=True)
     )
     counts = counted(truth, real)
-    return {"to_find": counts.found + counts.missed, "seen_in_image": meant, **counts._asdict()}
+    return FrameCounts(counts.found + counts.missed, meant, counts)
 
 
-def _described(truth: Boxes3D, found: Boxes3D) -> list[dict[str, Any]]:
+def _described(truth: Boxes3D, found: Boxes3D) -> list[DescribedDetection]:
     """Detections one by one, with the category of the label that each means."""
     pairs = paired(truth, found)
     meant = dict(zip(pairs.detection.tolist(), truth.category[pairs.label].tolist(), strict=True))
@@ -141,21 +193,19 @@ def _described(truth: Boxes3D, found: Boxes3D) -> list[dict[str, Any]]:
     if len(found) and is_car.any():
         overlap = rectangle_iou(footprints(found), footprints(truth[is_car])).max(axis=1)
     return [
-        {
-            "score": _plain(found.score[i]),
-            "right": _plain(found.location[i, 0]),
-            "ahead": _plain(found.location[i, 2]),
-            "means": meant.get(i),
-            "is_right": bool(overlap[i] > MIN_IOU),
-        }
+        DescribedDetection(
+            score=_rounded(found.score[i]),
+            right=_rounded(found.location[i, 0]),
+            ahead=_rounded(found.location[i, 2]),
+            means=meant.get(i),
+            is_right=bool(overlap[i] > MIN_IOU),
+        )
         for i in range(len(found))
     ]
 
 
-def _plain(value: np.generic) -> Any:
-    """For JSON: None for NaN."""
-    if isinstance(value, np.bool_):
-        return bool(value)
+def _rounded(value: float) -> float | None:
+    """None for NaN."""
     return round(float(value), 3) if np.isfinite(value) else None
 
 

@@ -10,27 +10,38 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above
-from avsec_gym.metrics.average_precision import average_precision
-from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, counted, working_point
+from avsec_gym.metrics.working_point import (
+    FROM_ABOVE,
+    IN_IMAGE,
+    Counts,
+    WorkingPoint,
+    counted,
+    working_point,
+)
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.weights.given import shipped_weights
 from studies.answer import answer
 from studies.perception.detection_errors import CATEGORY
+from studies.perception.detector_scores import Precision, precision
 from studies.perception.kept_detections import (
+    FrameTime,
+    LabelledData,
     add_options,
     described,
     detected,
     labelled_frames,
     seconds_a_frame,
 )
-from studies.perception.weights_facts import weights_facts
+from studies.perception.weights_facts import WeightsFacts, weights_facts
 
 IOUS = (0.7, 0.5)
 CAMERA = 2
@@ -61,7 +72,37 @@ NETWORKS = {
 """PIXOR finds no height, and a single image no place in space."""
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class RealFrames:
+    """Cars of real frames, found from the working point's score on."""
+
+    frames: list[str]
+    counts: Counts = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class ScoredSensor:
+    """A detector of one sensor, and its scores in what the sensor shows."""
+
+    sensor: str
+    weights: WeightsFacts | None
+    average_precision: Mapping[str, Precision]
+    """By `IOUS`."""
+    working_point: WorkingPoint | None
+    seconds: FrameTime
+    real: RealFrames | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class SingleSensorPrecision:
+    """The result."""
+
+    data: LabelledData
+    resamples: int
+    detectors: Mapping[str, ScoredSensor]
+
+
+def run(options: argparse.Namespace) -> SingleSensorPrecision:
     """Detect and score.
 
     Raises:
@@ -79,33 +120,28 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if "2d" in network.metrics:
             what = {"name": "single_image", "detector": what, "camera": CAMERA}
         found = detected(what, weights, data, ids, options.out, options.workers)
-        precision = {}
+        scores = {}
         for iou in IOUS:
-            every = average_precision(
-                truth,
-                found,
-                classes=(CATEGORY,),
-                min_iou={CATEGORY: (iou, iou, iou)},
-                resamples=options.resamples,
-                seed=options.seed,
-            ).to_json()[CATEGORY]
-            precision[str(iou)] = {metric: every[metric] for metric in network.metrics}
+            least = {CATEGORY: (iou, iou, iou)}
+            every = precision(truth, found, least, options.resamples, options.seed)
+            scores[str(iou)] = {metric: every[metric] for metric in network.metrics}
         point = working_point(truth, found, network.seen)
-        result[name] = {
-            "sensor": network.sensor,
-            "weights": weights_facts(weights),
-            "average_precision": precision,
-            "working_point": None if point is None else point._asdict(),
-            "seconds": seconds_a_frame(what, data, ids[: options.timed]),
-        }
-        if options.real is not None and point is not None:
-            result[name]["real"] = in_real_frames(options.real, network, what, point.score)
-    return {"data": described(data, truth), "resamples": options.resamples, "detectors": result}
+        result[name] = ScoredSensor(
+            sensor=network.sensor,
+            weights=weights_facts(weights),
+            average_precision=scores,
+            working_point=point,
+            seconds=seconds_a_frame(what, data, ids[: options.timed]),
+            real=in_real_frames(options.real, network, what, point.score)
+            if options.real is not None and point is not None
+            else None,
+        )
+    return SingleSensorPrecision(described(data, truth), options.resamples, result)
 
 
 def in_real_frames(
     root: Path, network: ScoredNetwork, what: dict[str, Any], least_score: float
-) -> dict[str, Any]:
+) -> RealFrames:
     """Moderate cars found and missed, and false alarms, in all labelled frames with the sensor.
 
     Args:
@@ -123,7 +159,7 @@ def in_real_frames(
         raise DataError(f"No frame has labels, calib and {network.folder}.", path=root)
     truth = [data.labels(id, keep_dont_care=True) for id in ids]
     found = [above(detector.detect(data.frame(id)), least_score) for id in ids]
-    return {"frames": ids, **counted(truth, found, network.seen)._asdict()}
+    return RealFrames(ids, counted(truth, found, network.seen))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,21 +12,27 @@ import argparse
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from avsec_gym.drawing.figure_style import FIGURE_STYLE
 from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.perception.training.curves import CURVES, read_curves
 from avsec_gym.storage.json_files import read_json_object
 from studies.answer import answer
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NETWORKS = ("dsgn", "stereo_rcnn", "psmnet", "pixor", "pointrcnn", "faster_rcnn", "yolo")
 """Whose curves are shown."""
 MOST_POINTS = 100
 """Of losses; each is the mean of as many rows as needed."""
 
+_LEAVE_OUT = "Leave it out."
 _SHOWN = {
     "Car_2d_ap11": "in the image",
     "Car_3d_ap11_iou50": "in space, IoU 0.5",
@@ -38,19 +44,68 @@ _SHOWN = {
 """Of the metrics, all in percent."""
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class LossPoint:
+    """Means of the terms of a loss; None for what is not finite."""
+
+    step: int
+    """The last of those that they are the means of."""
+    values: Mapping[str, float | None] = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class ValidationPoint:
+    """The metrics of a validation; None for what is not finite."""
+
+    step: int
+    minutes: float
+    values: Mapping[str, float | None] = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class NetworkCurves:
+    """How a network was trained."""
+
+    losses: Sequence[LossPoint]
+    metrics: Sequence[ValidationPoint]
+    begins: Sequence[int] | None = field(default=None, metadata=OPTIONAL)
+    """Steps where trainings began that went on with the weights of others."""
+
+    @classmethod
+    def from_json(cls, curves: Mapping[str, Any]) -> NetworkCurves:
+        """The curves of an earlier result.
+
+        Raises:
+            KeyError: It is none.
+        """
+        return cls(
+            [LossPoint(row["step"], _without(row, "step")) for row in curves["losses"]],
+            [
+                ValidationPoint(row["step"], row["minutes"], _without(row, "step", "minutes"))
+                for row in curves["metrics"]
+            ],
+            curves.get("begins"),
+        )
+
+
+def run(options: argparse.Namespace) -> dict[str, NetworkCurves]:
     """Read, thin, draw.
 
     Raises:
         ConfigurationError: A run is not given as ``name=FOLDER``, or none is given.
         DataError: A folder holds no curves, or the earlier result is not one.
     """
-    result = {} if options.others is None else _others(options.others)
+    before = {} if options.others is None else _others(options.others)
+    trained: dict[str, NetworkCurves] = {}
     for text in options.runs or _below(options.below):
         name, _, folder = text.partition("=")
         if not (name and folder):
             raise ConfigurationError(f"a run is given as name=FOLDER, got {text!r}")
-        result[name] = thinned(joined([_curves(Path(part)) for part in folder.split(",")]))
+        trained[name] = thinned(joined([_curves(Path(part)) for part in folder.split(",")]))
+    result = {
+        name: trained[name] if name in trained else _earlier(before[name], options.others)
+        for name in dict.fromkeys((*before, *trained))
+    }
     if options.figure is not None:
         save_picture(_figure(result), options.figure, overwrite=True)
     return result
@@ -73,7 +128,16 @@ def _below(folder: Path | None) -> list[str]:
 
 
 def _others(file: Path) -> dict[str, Any]:
-    return read_json_object(file, remedy="Leave it out.")
+    return read_json_object(file, remedy=_LEAVE_OUT)
+
+
+def _earlier(curves: Any, file: Path) -> NetworkCurves:
+    try:
+        return NetworkCurves.from_json(curves)
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(
+            "This is no earlier result of trainings.", path=file, remedy=_LEAVE_OUT
+        ) from error
 
 
 def joined(trainings: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
@@ -106,10 +170,8 @@ def _curves(folder: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> dict[str, Any]:
-    """Every validation, and means of the losses; JSON-able, None for what is not finite.
-
-    And ``begins``, where trainings began that went on with the weights of others.
+def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> NetworkCurves:
+    """Every validation, and means of the losses.
 
     Args:
         rows: The rows of `read_curves`.
@@ -125,15 +187,21 @@ def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> dict[
             name: _mean([row["losses"][name] for row in part if name in row["losses"]])
             for name in names
         }
-        losses.append({"step": part[-1]["step"], **means})
+        losses.append(LossPoint(part[-1]["step"], means))
     metrics = [
-        {"step": row["step"], "minutes": round(row["seconds"] / 60, 1)}
-        | {name: _mean([value]) for name, value in row["metrics"].items()}
+        ValidationPoint(
+            row["step"],
+            round(row["seconds"] / 60, 1),
+            {name: _mean([value]) for name, value in row["metrics"].items()},
+        )
         for row in rows
         if "metrics" in row
     ]
-    begins = [row["step"] for row in rows if "begins" in row]
-    return {"losses": losses, "metrics": metrics} | ({"begins": begins} if begins else {})
+    return NetworkCurves(losses, metrics, [row["step"] for row in rows if "begins" in row] or None)
+
+
+def _without(row: Mapping[str, Any], *names: str) -> dict[str, float | None]:
+    return {name: value for name, value in row.items() if name not in names}
 
 
 def _mean(values: Sequence[float]) -> float | None:
@@ -141,7 +209,7 @@ def _mean(values: Sequence[float]) -> float | None:
     return round(mean, 5) if math.isfinite(mean) else None
 
 
-def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
+def _figure(curves: Mapping[str, NetworkCurves]) -> Figure:
     """A row for each network: its loss, its validation."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -151,16 +219,16 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
         figure = Figure(figsize=(10, 2.4 * len(curves)), dpi=110, layout="constrained")
         panels = figure.subplots(len(curves), 2, squeeze=False, sharex="row")
         for (left, right), (name, curve) in zip(panels, curves.items(), strict=True):
-            left.plot(*_points(curve["losses"], "total"), color="#0072B2", lw=1.4)
+            left.plot(*_points(curve.losses, "total"), color="#0072B2", lw=1.4)
             left.set_title(f"{name}: loss", loc="left", size=9)
             for metric, title in _SHOWN.items():
-                if any(metric in row for row in curve["metrics"]):
-                    right.plot(*_points(curve["metrics"], metric), marker=".", lw=1.4, label=title)
+                if any(metric in point.values for point in curve.metrics):
+                    right.plot(*_points(curve.metrics, metric), marker=".", lw=1.4, label=title)
             known = "%" if right.lines else "none on the way"
             right.set_title(f"{name}: validation, {known}", loc="left", size=9)
             right.set_ylim(0, 1.05 * max(right.dataLim.y1, 1.0))
             for axes in (left, right):
-                for step in curve.get("begins", ()):
+                for step in curve.begins or ():
                     axes.axvline(step, color="grey", lw=0.8, ls=":")
             if right.lines:
                 # Beside the panel: curves may run anywhere in it.
@@ -172,9 +240,13 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
     return figure
 
 
-def _points(rows: Sequence[Mapping[str, Any]], name: str) -> tuple[list[int], list[float]]:
-    known = [row for row in rows if row.get(name) is not None]
-    return [row["step"] for row in known], [row[name] for row in known]
+def _points(
+    points: Sequence[LossPoint] | Sequence[ValidationPoint], name: str
+) -> tuple[list[int], list[float]]:
+    known = [
+        (point.step, value) for point in points if (value := point.values.get(name)) is not None
+    ]
+    return [step for step, _ in known], [value for _, value in known]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -3,25 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.perception.weights.store import read_card
 
-_FACTS = (
-    "network",
-    "sha256",
-    "storage",
-    "parameters",
-    "hardware",
-    "versions",
-    "source",
-    "metrics",
-)
+
+@dataclass(frozen=True)
+class TrainingFacts:
+    """One of the trainings that made weights; see `ModelCard`."""
+
+    command: str | None
+    epochs: int | None
+    steps: int | None
+    minutes: float | None
+    sha256: str | None
+    seed: int | None
 
 
-def weights_facts(path: Path | None) -> dict[str, Any] | None:
-    """Of a file of weights; JSON-able, None where there is no file or no card.
+@dataclass(frozen=True)
+class SourceFacts:
+    """How frames were made, and how many they are; None where their folder does not state it."""
+
+    suite: str | None
+    seed: int | None
+    frames: int | None
+    fingerprint: str | None
+    baseline: float | None
+    """Metres between the pair of cameras; None where there is none."""
+
+
+@dataclass(frozen=True)
+class DataFacts:
+    """What weights were trained and validated on."""
+
+    training: list[SourceFacts]
+    validation: list[SourceFacts]
+
+
+@dataclass(frozen=True)
+class WeightsFacts:
+    """Facts of a card; see `ModelCard`."""
+
+    network: str
+    sha256: str
+    storage: str
+    parameters: int | None
+    hardware: str | None
+    versions: Mapping[str, str]
+    source: str | None
+    metrics: Mapping[str, float]
+    """The one that leads stands first."""
+    trainings: Sequence[TrainingFacts]
+    """One after the other; the last made these weights."""
+    bytes: int
+    """Size of the file."""
+    seed: int | None
+    batch: int | None
+    data: DataFacts
+
+
+def weights_facts(path: Path | None) -> WeightsFacts | None:
+    """Of a file of weights; None where there is no file or no card.
 
     Raises:
         DataError: The card is none.
@@ -29,30 +74,38 @@ def weights_facts(path: Path | None) -> dict[str, Any] | None:
     card = None if path is None else read_card(path)
     if path is None or card is None:
         return None
-    facts = {name: getattr(card, name) for name in _FACTS}
-    data = {use: _sources(card.data.get(use, ())) for use in ("training", "validation")}
-    return facts | {
-        "trainings": card.trainings(),
-        "bytes": path.stat().st_size,
-        "seed": card.training.get("seed"),
-        "batch": card.training.get("batch"),
-        "data": data,
-    }
+    return WeightsFacts(
+        network=card.network,
+        sha256=card.sha256,
+        storage=card.storage,
+        parameters=card.parameters,
+        hardware=card.hardware,
+        versions=card.versions,
+        source=card.source,
+        metrics=card.metrics,
+        trainings=[row_of(TrainingFacts, training) for training in card.trainings()],
+        bytes=path.stat().st_size,
+        seed=card.training.get("seed"),
+        batch=card.training.get("batch"),
+        data=DataFacts(
+            training=_sources(card.data.get("training", ())),
+            validation=_sources(card.data.get("validation", ())),
+        ),
+    )
 
 
-def _sources(described: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """How the frames were made, and how many they are."""
+def _sources(described: Sequence[Mapping[str, Any]]) -> list[SourceFacts]:
     sources = []
     for source in described:
         settings = source.get("settings") or {}
         sources.append(
-            {
-                "suite": settings.get("suite"),
-                "seed": settings.get("seed"),
-                "frames": source.get("frames"),
-                "fingerprint": source.get("fingerprint"),
-                "baseline": _baseline(settings),
-            }
+            SourceFacts(
+                suite=settings.get("suite"),
+                seed=settings.get("seed"),
+                frames=source.get("frames"),
+                fingerprint=source.get("fingerprint"),
+                baseline=_baseline(settings),
+            )
         )
     return sources
 

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from avsec_gym.console import progress
-from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.posed_scenes import PosedScene
 from studies.answer import answer
@@ -54,7 +53,7 @@ def command(
     if add_arguments is not None:
         add_arguments(parser)
     options = parser.parse_args(arguments)
-    return answer(options, lambda chosen: as_json(run(chosen)))
+    return answer(options, run)
 
 
 def measure_all(

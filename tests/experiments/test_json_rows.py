@@ -69,6 +69,15 @@ def test_json_becomes_the_row_again() -> None:
     assert row_json(again) == COLUMNS
 
 
+def test_lists_of_rows_become_rows_again() -> None:
+    @dataclass(frozen=True)
+    class Garage:
+        places: list[Brand]
+
+    garage = Garage([Brand("bmw", 1916)])
+    assert row_of(Garage, {"places": [{"name": "bmw", "founded": 1916}]}) == garage
+
+
 def test_what_is_missing_is_none_where_it_may_be() -> None:
     without = {key: value for key, value in COLUMNS.items() if key != "spare"}
     assert row_of(Car, without).spare is None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.metrics.disparity_errors import disparity_errors, error_rates, filled
+from avsec_gym.metrics.disparity_errors import ErrorRate, disparity_errors, error_rates, filled
 
 NAN = float("nan")
 
@@ -31,17 +31,17 @@ def test_errors_by_hand() -> None:
     # The hole becomes 13, the smaller of 106 and 13.
     assert errors.all == (5, 104, 4, 3)
     rates = error_rates([errors, errors])
-    assert rates["density"] == {"value": 0.8, "interval": None}
-    assert rates["found"]["end_point_error"]["value"] == pytest.approx(17 / 4)
-    assert rates["all"]["off_3px"]["value"] == pytest.approx(4 / 5)
-    assert rates["all"]["d1"]["value"] == pytest.approx(3 / 5)
+    assert rates.density == ErrorRate(0.8, None)
+    assert rates.found.end_point_error.value == pytest.approx(17 / 4)
+    assert rates.all.off_3px.value == pytest.approx(4 / 5)
+    assert rates.all.d1.value == pytest.approx(3 / 5)
 
 
 def test_pixels_count_not_pairs_and_intervals_hold_the_value() -> None:
     large = disparity_errors(np.full((3, 30), 10, np.float32), np.full((3, 30), 10, np.float32))
     small = disparity_errors(row(20, 20), row(10, 10))
-    d1 = error_rates([large, small], resamples=200)["all"]["d1"]
-    assert d1["value"] == pytest.approx(2 / 92, abs=1e-5)
-    assert d1["interval"] == [0.0, 1.0]
+    d1 = error_rates([large, small], resamples=200).all.d1
+    assert d1.value == pytest.approx(2 / 92, abs=1e-5)
+    assert d1.interval == [0.0, 1.0]
     nothing = disparity_errors(row(1, 1), row(NAN, NAN))
-    assert error_rates([nothing])["all"]["d1"] == {"value": None, "interval": None}
+    assert error_rates([nothing]).all.d1 == ErrorRate(None, None)

@@ -13,6 +13,8 @@ from studies.chapter5 import costly_errors
 from studies.driving_safety.error_models.page import error_models_page
 from studies.driving_safety.page import page as driving_safety_page
 from studies.index import without_remark
+from studies.perception.page import page as detectors_page
+from studies.perception.page import read_results
 from studies.study import RESULTS, ROOT
 
 
@@ -35,3 +37,9 @@ def test_the_page_is_that_of_the_result(
     folder = ROOT / RESULTS
     result = json.loads((folder / f"{name}.json").read_text())
     assert page(result) == without_remark((folder / f"{name}.md").read_text())
+
+
+def test_the_page_of_detectors_is_that_of_the_results() -> None:
+    folder = ROOT / RESULTS
+    page = detectors_page(read_results(folder))
+    assert page == without_remark((folder / "detectors.md").read_text())

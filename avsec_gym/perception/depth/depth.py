@@ -56,7 +56,10 @@ class DisparityMap:
 class DepthEstimator(Protocol):
     """Anything that finds disparities."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """As tables show it."""
+        ...
 
     def disparity(self, frame: SensorFrame) -> DisparityMap:
         """Disparities of the reference (left) image.

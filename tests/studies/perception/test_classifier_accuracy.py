@@ -13,16 +13,16 @@ from studies.perception.classifier_accuracy import counted, main
 def test_counts_and_interval() -> None:
     # The thesis' 524 of 533; the interval by hand: (p + z²/2n ± z sqrt(...)) / (1 + z²/n).
     result = counted([True] * 500 + [False] * 33, [True] * 491 + [False] * 42)
-    assert result["cases"] == 533
-    assert result["accuracy"] == pytest.approx(524 / 533)
-    assert result["interval"] == pytest.approx([0.9682, 0.9911], abs=2e-4)
-    assert result["confusion"] == {
+    assert result.cases == 533
+    assert result.accuracy == pytest.approx(524 / 533)
+    assert result.interval == pytest.approx([0.9682, 0.9911], abs=2e-4)
+    assert result.confusion == {
         "no_said_no": 33,
         "no_said_yes": 0,
         "yes_said_no": 9,
         "yes_said_yes": 491,
     }
-    assert counted([], [])["accuracy"] is None
+    assert counted([], []).accuracy is None
 
 
 def test_nothing_to_judge_is_an_error() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import parse_labels
 from avsec_gym.kitti.writing import write_object_frame
@@ -18,8 +19,8 @@ from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.store import save_weights
 from avsec_gym.rig import kitti_rig
-from studies.perception.detector_precision import main, named
-from studies.perception.page import FILES, page
+from studies.perception.detector_precision import DetectorPrecision, main, named
+from studies.perception.page import FILES, DetectorResults, page
 from studies.perception.page import main as write_page
 from studies.perception.weights_facts import weights_facts
 
@@ -70,7 +71,7 @@ def test_frames_become_figures_pictures_and_a_page(kitti: Path, tmp_path: Path) 
     names = {path.name for path in figures.iterdir()}
     pictures = {f"detections_{rank}.jpg" for rank in ("best", "median", "worst")}
     assert names == {"oracle_precision.png", *pictures}
-    text = page({"detectors": result})
+    text = page(DetectorResults(row_of(DetectorPrecision, result)))
     assert "| `oracle` | all | 6 | 100.0 | 100.0 | 100.0 | 100.0 |" in text
     assert "No card states" in text
     assert "None" not in text
@@ -109,7 +110,7 @@ def test_a_network_is_reported_with_its_card_beside_the_bar(kitti: Path, tmp_pat
     assert one["seconds"]["frames"] == 1
     assert one["seconds"]["median"] > 0
     result["data"] |= {"suite": "mixed", "seed": 2}
-    text = page({"detectors": result})
+    text = page(DetectorResults(row_of(DetectorPrecision, result)))
     assert "**Not held out" in text
     assert "`dsgn` misses the bar by 53.0" in text
     assert (
@@ -127,8 +128,8 @@ def test_other_parts_of_the_page(kitti: Path, tmp_path: Path) -> None:
     )
     (tmp_path / FILES["parity"]).write_text('{"dsgn": {"depth": 1e-6, "cls": 2e-5}}')
     (tmp_path / FILES["seconds"]).write_text(
-        '{"threads": 2, "frames": 8, "dsgn": {"trained": true, "detect": 0.25,'
-        ' "pixel_gradient": 0.5, "training_per_image": 0.4}}'
+        '{"threads": 2, "frames": 8, "dsgn": {"trained": true, "parameters": 9,'
+        ' "detect": 0.25, "pixel_gradient": 0.5, "training_per_image": 0.4}}'
     )
     assert write_page(["--results", str(tmp_path), "--json", str(tmp_path / "said.json")]) == 0
     text = (tmp_path / "detectors.md").read_text()
@@ -156,7 +157,7 @@ def test_weights_of_ones_own_are_named() -> None:
 def test_frames_to_train_on_are_told_by_the_distance_of_their_cameras() -> None:
     facts = weights_facts(shipped_weights("psmnet_small"))
     assert facts is not None
-    narrow = next(folder for folder in facts["data"]["training"] if folder["baseline"] == 0.27)
-    assert (narrow["suite"], narrow["frames"]) == ("mixed", 300)
+    narrow = next(folder for folder in facts.data.training if folder.baseline == 0.27)
+    assert (narrow.suite, narrow.frames) == ("mixed", 300)
     # KITTI's pair of colour cameras.
-    assert 0.53 < facts["data"]["validation"][0]["baseline"] < 0.54
+    assert 0.53 < (facts.data.validation[0].baseline or 0.0) < 0.54

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import box_corners, project, wrap_angle
-from avsec_gym.metrics.working_point import counted, working_point
+from avsec_gym.metrics.working_point import Counts, WorkingPoint, counted, working_point
 from avsec_gym.rig import kitti_rig
 from studies.perception.corrected_detections import CORRECTIONS, corrected_precision
 from studies.perception.detection_errors import car_errors, error_summary, paired
@@ -66,8 +66,8 @@ def test_only_mending_what_is_wrong_helps(truth: list[Boxes3D], kind: str) -> No
     assert set(result) == set(CORRECTIONS)
     for name, precision in result.items():
         helps = name in (kind, "whole box", "all but misses")
-        assert precision["3d"] == (pytest.approx(100) if helps else 0), name
-    assert (result["nothing"]["bev"] == pytest.approx(100)) == (kind == "upwards")
+        assert precision.in_space == (pytest.approx(100) if helps else 0), name
+    assert (result["nothing"].from_above == pytest.approx(100)) == (kind == "upwards")
 
 
 def test_errors_are_what_was_put_in(truth: list[Boxes3D]) -> None:
@@ -81,12 +81,12 @@ def test_errors_are_what_was_put_in(truth: list[Boxes3D]) -> None:
         for boxes in truth
     ]
     everywhere, near, *_ = error_summary(car_errors(truth, found))
-    assert everywhere["cars"] == 3 * FRAMES
-    assert near["cars"] == FRAMES
-    assert everywhere["seen"] == everywhere["reversed"] == 1.0
-    error = {name: spread["median"] for name, spread in everywhere["errors"].items()}
+    assert everywhere.cars == 3 * FRAMES
+    assert near.cars == FRAMES
+    assert everywhere.seen == everywhere.reversed == 1.0
+    error = {name: spread.median for name, spread in everywhere.errors.items()}
     assert error["depth"] == pytest.approx(0.05 * 18)
-    assert near["errors"]["depth"]["median"] == pytest.approx(0.05 * 10)
+    assert near.errors["depth"].median == pytest.approx(0.05 * 10)
     assert error["sideways"] == 0
     assert error["upwards"] == pytest.approx(0.2 / 1.05, abs=1e-4)
     assert error["yaw"] == pytest.approx(-10)
@@ -103,11 +103,11 @@ def test_misses_cost_what_nothing_mends_and_false_alarms_are_told(truth: list[Bo
     ]
     result = corrected_precision(truth, found)
     # Half of all is found: at 11 recall points, up to 0.5.
-    assert result["all but misses"]["3d"] == pytest.approx(100 * 6 / 11, abs=1e-3)
-    assert result["false alarms"]["3d"] == result["all but misses"]["3d"]
-    assert result["score"]["3d"] == result["all but misses"]["3d"]
-    assert result["nothing"]["3d"] < result["whole box"]["3d"] + 1e-9 < result["score"]["3d"]
-    assert error_summary(car_errors(truth, found))[0]["seen"] == 0.5
+    best = result["all but misses"].in_space
+    assert best == pytest.approx(100 * 6 / 11, abs=1e-3)
+    assert result["false alarms"].in_space == result["score"].in_space == best
+    assert result["nothing"].in_space < result["whole box"].in_space + 1e-9 < best
+    assert error_summary(car_errors(truth, found))[0].seen == 0.5
 
 
 def test_a_detection_means_one_label_and_the_surest_chooses_first() -> None:
@@ -140,19 +140,21 @@ def test_ranges_of_distance_divide_what_there_is(truth: list[Boxes3D]) -> None:
     assert here.category.tolist() == ["Van", "Car"]
     assert there.location[:, 2] == pytest.approx([32.01])
     half = [boxes[:2] if i % 2 else boxes for i, boxes in enumerate(truth)]
-    rows = detector_scores(truth, half)["by_distance"]
-    assert [row["cars"] for row in rows] == [FRAMES, FRAMES, FRAMES, 0]
-    assert [row["0.7"]["3d"]["ap11"] for row in rows[:3]] == pytest.approx([100, 100, 600 / 11])
-    assert "0.7" not in rows[3], "too few cars for eleven points of recall"
+    rows = detector_scores(truth, half).by_distance
+    assert [row.cars for row in rows] == [FRAMES, FRAMES, FRAMES, 0]
+    precision = [row.strict["3d"].ap11 for row in rows if row.strict]
+    assert precision == pytest.approx([100, 100, 600 / 11])
+    assert rows[3].strict is rows[3].loose is None, "too few cars for eleven points of recall"
 
 
 def test_scores_of_the_truth_itself(truth: list[Boxes3D]) -> None:
     result = detector_scores(truth, truth, resamples=20)
-    for values in result["average_precision"]["0.7"].values():
-        assert values["ap11"] == values["ap40"] == [100.0] * 3
-        assert values["ap40_interval"][1] == [100.0, 100.0]
-    assert result["working_point"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
-    assert result["detections"] == 3 * FRAMES
+    for values in result.average_precision["0.7"].values():
+        assert values.ap11 == values.ap40 == [100.0] * 3
+        assert values.ap40_interval is not None
+        assert values.ap40_interval[1] == (100.0, 100.0)
+    assert result.working_point == WorkingPoint(score=1.0, precision=1.0, recall=1.0)
+    assert result.detections == 3 * FRAMES
 
 
 def test_the_working_point_is_where_f1_is_best() -> None:
@@ -162,11 +164,12 @@ def test_the_working_point_is_where_f1_is_best() -> None:
     found = Boxes3D.concatenate([right, wrong])
     # F1 at 0.9: 2/4, at 0.6: 2/5, at 0.4: 4/6, at 0.1: 4/7.
     point = working_point([labels], [found])
-    assert point == pytest.approx((0.4, 2 / 3, 2 / 3))
+    assert point is not None
+    assert astuple(point) == pytest.approx((0.4, 2 / 3, 2 / 3))
     counts = counted([labels], [found])
-    assert counts == (2, 1, 2)
+    assert counts == Counts(found=2, missed=1, false_alarms=2)
     assert counts.f1 == pytest.approx(4 / 7)
     assert working_point([labels], [wrong]) is None
     assert working_point([labels], [Boxes3D.empty()]) is None
     tied = replace(found, score=np.full(4, 0.5))
-    assert working_point([labels], [tied]) == pytest.approx((0.5, 0.5, 2 / 3))
+    assert working_point([labels], [tied]) == WorkingPoint(0.5, 0.5, 2 / 3)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.kitti.labels import parse_labels
 from studies.perception.real_frames import compared, main
 
@@ -34,7 +35,7 @@ def test_right_missed_and_false_by_score() -> None:
         score=np.array([0.5]),
     )
     found = Boxes3D.concatenate([ghost, right])
-    result = compared(LABELS, found, 0.4)
+    result = row_json(compared(LABELS, found, 0.4))
     counts = [result[name] for name in ("to_find", "seen_in_image", "found", "missed")]
     assert (*counts, result["false_alarms"]) == (1, 1, 1, 0, 1)
     near, far = result["cars"]
@@ -48,7 +49,7 @@ def test_right_missed_and_false_by_score() -> None:
     assert (far["ahead"], far["to_find"], far["score"], far["overlap"]) == (25, False, None, 0)
     assert [box["means"] for box in result["surest"]] == ["Car", None]
     assert [box["is_right"] for box in result["surest"]] == [True, False]
-    strict = compared(LABELS, found, 0.9)
+    strict = row_json(compared(LABELS, found, 0.9))
     assert (strict["found"], strict["missed"], strict["false_alarms"]) == (0, 1, 0)
     assert strict["cars"] == result["cars"], "told however unsure"
 

@@ -13,9 +13,11 @@ import torch
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import parse_labels
 from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.metrics.working_point import Counts
 from avsec_gym.perception.detectors.pixor.detector import PixorDetector
 from avsec_gym.perception.detectors.yolo.detector import YoloDetector
 from avsec_gym.perception.weights.model_card import ModelCard
@@ -25,6 +27,8 @@ from studies.perception import single_sensor_precision
 from studies.perception.page_single_sensor import single_sensor
 from studies.perception.single_sensor_precision import (
     NETWORKS,
+    RealFrames,
+    SingleSensorPrecision,
     in_real_frames,
     main,
 )
@@ -66,7 +70,7 @@ def test_each_is_scored_in_what_its_sensor_shows(kitti: Path, tmp_path: Path) ->
             assert tuple(precision) == NETWORKS[name].metrics
         assert figures["weights"]["network"] == name
     assert result["data"]["cars"]["moderate"] == 2
-    text = "\n".join(single_sensor(result))
+    text = "\n".join(single_sensor(row_of(SingleSensorPrecision, result)))
     assert "| `pixor` | LiDAR | from above |" in text
     assert "| `yolo` | camera 2 | in the image |" in text
     assert "None" not in text
@@ -90,10 +94,10 @@ def test_real_frames_are_counted_from_a_score_on(
     monkeypatch.setattr(single_sensor_precision, "make_detector", lambda what: Knows())
     (kitti / "training/velodyne/000001.bin").unlink()
     for least, false_alarms in ((0.3, 1), (0.5, 0)):
-        told = in_real_frames(kitti, NETWORKS["pixor"], {"name": "pixor"}, least)
-        counts = {"found": 1, "missed": 0, "false_alarms": false_alarms}
-        assert told == {"frames": ["000000"], **counts}
-    images = in_real_frames(kitti, NETWORKS["yolo"], {"name": "yolo"}, 0.5)["frames"]
+        seen = in_real_frames(kitti, NETWORKS["pixor"], {"name": "pixor"}, least)
+        counts = Counts(found=1, missed=0, false_alarms=false_alarms)
+        assert seen == RealFrames(["000000"], counts)
+    images = in_real_frames(kitti, NETWORKS["yolo"], {"name": "yolo"}, 0.5).frames
     assert images == ["000000", "000001"]
     (kitti / "training/velodyne/000000.bin").unlink()
     with pytest.raises(DataError, match="velodyne"):

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
-
-from studies.perception.training_curves import joined, main, thinned
+from avsec_gym.experiments.json_rows import as_json, row_json
+from studies.perception.training_curves import NetworkCurves, joined, main, thinned
 
 
 def rows() -> list[dict[str, object]]:
@@ -18,11 +17,14 @@ def rows() -> list[dict[str, object]]:
 
 def test_losses_are_means_and_every_validation_stays() -> None:
     result = thinned(rows(), most=3)
-    assert result["losses"] == [
+    assert as_json(result.losses) == [
         {"step": 60, "total": 2.0}, {"step": 120, "total": 5.0}, {"step": 140, "total": 7.0}
     ]  # fmt: skip
-    assert result["metrics"] == [{"step": 70, "minutes": 1.5, "Car_3d_ap11": 5.0, "loss": None}]
-    assert [row["total"] for row in thinned(rows())["losses"]] == pytest.approx(range(1, 8))
+    assert as_json(result.metrics) == [
+        {"step": 70, "minutes": 1.5, "Car_3d_ap11": 5.0, "loss": None}
+    ]
+    assert [point.values["total"] for point in thinned(rows()).losses] == [*range(1, 8)]
+    assert NetworkCurves.from_json(row_json(result)) == result
 
 
 def test_a_training_that_went_on_continues_the_curve() -> None:
@@ -30,8 +32,8 @@ def test_a_training_that_went_on_continues_the_curve() -> None:
     assert [row["step"] for row in both if "metrics" in row] == [70, 210]
     assert [row["seconds"] for row in both if "metrics" in row] == [90.0, 180.0]
     result = thinned(both)
-    assert result["begins"] == [140]
-    assert [row["step"] for row in result["losses"]] == [20 * i for i in range(1, 15)]
+    assert result.begins == [140]
+    assert [point.step for point in result.losses] == [20 * i for i in range(1, 15)]
 
 
 def test_the_command_draws_what_it_tells(tmp_path: Path) -> None:

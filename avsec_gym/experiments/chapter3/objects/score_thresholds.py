@@ -79,4 +79,4 @@ def score_threshold(
         point = working_point([truth[id] for id in frames], [found[id] for id in frames], seen)
     if point is None:
         return ScoreThreshold(USUAL)
-    return ScoreThreshold(*point)
+    return ScoreThreshold(point.score, point.precision, point.recall)
