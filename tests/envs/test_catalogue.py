@@ -59,7 +59,6 @@ HAS_IMAGES = {
     "avsec/SensorIdentification-v0",
     *ATTACKS_SENSORS,
 }
-SLOW = HAS_IMAGES | CONNECTED
 LOADS = {
     **{id: ["cv2"] for id in HAS_IMAGES | CONNECTED},
     "avsec/PatchAttack-v0": ["torch", "cv2"],
@@ -109,7 +108,7 @@ def env(request: pytest.FixtureRequest) -> Iterator[gym.Env[Any, Any]]:
 def play(env: gym.Env[Any, Any], seed: int, steps: int | None = None) -> Iterator[Any]:
     """Everything that comes out of some episodes with seeded random actions."""
     if steps is None:
-        steps = 8 if env.spec.id in SLOW else 25  # type: ignore[union-attr]
+        steps = 3 if env.spec.id in CONNECTED else 8 if env.spec.id in HAS_IMAGES else 25  # type: ignore[union-attr]
     env.action_space.seed(seed)
     observation, info = env.reset(seed=seed)
     yield observation, info
@@ -237,7 +236,8 @@ def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
 def test_what_a_step_returns_are_plain_types(env: gym.Env[Any, Any]) -> None:
     endings = set()
     quick = env.spec.id not in ONE_STEP | ATTACKS_SENSORS | CONNECTED  # type: ignore[union-attr]
-    for parts in play(env, 2, steps=400 if quick else 40):
+    steps = 400 if quick else 12 if env.spec.id in CONNECTED else 40  # type: ignore[union-attr]
+    for parts in play(env, 2, steps):
         if len(parts) == 5:
             _, reward, terminated, truncated, info = parts
             assert type(reward) is float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,10 @@ class VehicleScan:
 
     def compensated(self) -> VehicleScan:
         """The scan with its points where they would be, had all rays left at the scan's time."""
+        return self._compensated
+
+    @cached_property
+    def _compensated(self) -> VehicleScan:
         if self.sweep.speed == 0.0 and self.sweep.turn_rate == 0.0:
             return self
         places, _ = self.sweep.compensated(self.points)

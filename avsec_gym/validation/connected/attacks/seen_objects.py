@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.validation.connected.merging import regions_in_world
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.recordings import RecordedInstant
@@ -99,10 +100,23 @@ def points_in_box(
     places: Floats, pose: Floats, dimensions: tuple[float, float, float], feet: float = 0.1
 ) -> int:
     """Number of points in an object's box, without those of the ground at its feet."""
-    own = (places - pose[:3, 3]) @ pose[:3, :3]
-    height, width, length = dimensions
-    inside = (np.abs(own[:, :2]) <= [length / 2, width / 2]).all(axis=1)
-    return int((inside & (own[:, 2] > feet) & (own[:, 2] <= height)).sum())
+    return int(_count_inside(places, np.ascontiguousarray(pose), *dimensions, feet))
+
+
+@kernel(nogil=True)
+def _count_inside(
+    places: Floats, pose: Floats, height: float, width: float, length: float, feet: float
+) -> int:
+    count = 0
+    for i in range(len(places)):
+        x, y = places[i, 0] - pose[0, 3], places[i, 1] - pose[1, 3]
+        z = places[i, 2] - pose[2, 3]
+        along = x * pose[0, 0] + y * pose[1, 0] + z * pose[2, 0]
+        across = x * pose[0, 1] + y * pose[1, 1] + z * pose[2, 1]
+        up = x * pose[0, 2] + y * pose[1, 2] + z * pose[2, 2]
+        if abs(along) <= length / 2 and abs(across) <= width / 2 and feet < up <= height:
+            count += 1
+    return count
 
 
 def box_in_world(pose: Floats, dimensions: tuple[float, float, float], vehicle: Floats) -> Regions:
