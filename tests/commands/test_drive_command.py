@@ -23,8 +23,8 @@ TIMES = "seconds.jsonl"
 """The only file that is another one each time."""
 
 
-def drive(out: Path, *more: str, code: int = 0) -> None:
-    words = ["drive", "--out", str(out), "--limit", str(SCENES), "--duration", "3", *more]
+def drive(out: Path, *more: str, code: int = 0, scenes: int = SCENES) -> None:
+    words = ["drive", "--out", str(out), "--limit", str(scenes), "--duration", "3", *more]
     assert run(words) == code
 
 
@@ -124,7 +124,7 @@ def test_an_error_model_and_own_settings(
     write_error_model(model, ErrorModel(ghosts=Ghosts(50.0, (ghost,), 5.0)))
     words = ["--error-model", str(model), "--pictures", "0", "--json"]
     own = '{"name": "late", "perception": "truth", "planner": "gbfs"}'
-    drive(tmp_path / "out", *words, "--settings", "truth", "error-model", own)
+    drive(tmp_path / "out", *words, "--settings", "truth", "error-model", own, scenes=2)
     report = json.loads(capsys.readouterr().out)
     assert [each["setting"] for each in report["settings"]] == ["truth", "error-model", "late"]
     truth, ghosts, _ = report["settings"]
@@ -134,13 +134,14 @@ def test_an_error_model_and_own_settings(
     other = tmp_path / "nothing_wrong.json"
     write_error_model(other, ErrorModel())
     several = ["--error-model", str(other), str(model), "--pictures", "0", "--json"]
-    drive(tmp_path / "both", *several, "--settings", "truth", "error-model")
+    drive(tmp_path / "both", *several, "--settings", "truth", "error-model", scenes=2)
     of_both = json.loads(capsys.readouterr().out)["settings"]
     assert [each["setting"] for each in of_both] == ["truth", "nothing_wrong", "ghosts"]
     assert of_both[2]["rates"] == ghosts["rates"]
     model.unlink()
     write_error_model(model, ErrorModel())
-    drive(tmp_path / "out", *words, "--resume", "--settings", "truth", "error-model", own, code=1)
+    settings = ["--settings", "truth", "error-model", own]
+    drive(tmp_path / "out", *words, "--resume", *settings, code=1, scenes=2)
     assert "error_model" in capsys.readouterr().err
 
 

@@ -116,7 +116,7 @@ def by_hand(model: LikelihoodModel, evidence: Floats, prior: Floats) -> Floats:
     return weights / weights.sum()
 
 
-@pytest.mark.parametrize("n", [3, 4, 5, 6, 7])
+@pytest.mark.parametrize("n", [3, 4, 5, 6, pytest.param(7, marks=pytest.mark.slow)])
 def test_the_posterior_is_that_of_the_densities(n: int) -> None:
     rng = np.random.default_rng(n)
     model = model_of(n, rng.uniform(0, 2, 8) * (np.arange(8) > 0))
