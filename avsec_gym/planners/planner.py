@@ -149,7 +149,7 @@ class MotionPrimitivePlanner:
             horizon = max(0, scenario.last_step - start.step)
             distance = horizon * problem.limits.step_distance + vehicle.length
             world = within_reach(world, start.x, start.y, distance)
-        if not grown.overloads:
+        if not getattr(grown, "overloads", True):  # NUMBA_DISABLE_JIT leaves nothing to load.
             _load_kernels(problem, parts, world)
             begun = time.perf_counter()
         # Search.

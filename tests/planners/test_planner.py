@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -185,3 +188,28 @@ def test_what_earlier_searches_left_in_memory_changes_nothing() -> None:
             expected = fresh.submit(searched, scenario).result()
         np.testing.assert_equal(searched(scenario), expected)
     assert len(searched(hard)[2]) > 2048  # More than there is room for at first.
+
+
+_PLAIN = """
+import numpy as np
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.scenario.builder import build_planning_scenario
+
+scene = build_planning_scenario(Boxes3D.empty(), road_type="street", intention="straight")
+plan = MotionPrimitivePlanner("gbfs").plan(scene, explain=False)
+print(plan.status.value, plan.cost, plan.expanded, plan.trajectory.tolist())
+"""
+
+
+def test_plans_are_the_same_where_numba_compiles_nothing() -> None:
+    """Debuggers and the tests of mutants run the kernels as plain Python."""
+
+    def answer(disabled: str) -> str:
+        environment = os.environ | {"NUMBA_DISABLE_JIT": disabled}
+        command = [sys.executable, "-c", _PLAIN]
+        return subprocess.run(
+            command, env=environment, capture_output=True, text=True, check=True
+        ).stdout
+
+    assert answer("1") == answer("0") != ""
