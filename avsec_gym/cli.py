@@ -60,7 +60,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
     "run": "avsec_gym.commands.run:Run",
     "report": "avsec_gym.commands.report:Report",
     "plan": "avsec_gym.commands.plan:PlanFiles",
-    "drive": "avsec_gym.commands.drive:Drive",
+    "drive": "avsec_gym.commands.drive:DriveInTraffic",
     "draw": "avsec_gym.commands.draw:Draw",
     "data": CommandGroup(
         "What is in a data folder.", {"check": "avsec_gym.commands.data:DataCheck"}

@@ -13,7 +13,7 @@ from avsec_gym.agents.arena import Act, Arena, Played
 from avsec_gym.agents.learner import make_policy
 from avsec_gym.agents.rules import NUMBER, rules_of
 from avsec_gym.agents.search import (
-    Budget,
+    SearchBudget,
     best_constant,
     evolved_parameters,
     random_actions,
@@ -32,7 +32,7 @@ _SEARCHES = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class ComparedAgent:
     """One agent or baseline.
 
     Args:
@@ -76,7 +76,7 @@ class Row:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class AgentComparison:
     """All rows, and the conclusions from them.
 
     Args:
@@ -85,18 +85,18 @@ class Comparison:
     """
 
     env: str
-    rows: list[Row]
+    rows: list[ComparedAgent]
 
     @property
-    def best_baseline(self) -> Row:
+    def best_baseline(self) -> ComparedAgent:
         """The baseline with the highest success rate in the held-out episodes."""
         return max((row for row in self.rows if row.kind == "baseline"), key=lambda row: row.rate)
 
-    def against_best(self, row: Row) -> PairedDifference:
+    def against_best(self, row: ComparedAgent) -> PairedDifference:
         """A row less the best baseline, paired."""
         return paired_difference(row.played.success, self.best_baseline.played.success)
 
-    def answer(self, row: Row) -> str:
+    def answer(self, row: ComparedAgent) -> str:
         """Who wins: a sentence about an agent."""
         found, other = self.against_best(row), self.best_baseline
         low, high = found.interval
@@ -132,7 +132,7 @@ def held_out_result(agent: TrainedAgent, episodes: int, seed: int) -> dict[str, 
     arena = Arena(agent.configuration.env, agent.configuration.held_out_kwargs)
     played = arena.play(_of(agent), range(seed, seed + episodes))
     arena.close()
-    facts = Row(agent.name, "agent", played, agent.card.steps).to_json()
+    facts = ComparedAgent(agent.name, "agent", played, agent.card.steps).to_json()
     kept = ("episodes", "success_rate", "success_interval", "reward")
     return {"first_seed": seed} | {name: facts[name] for name in kept}
 
@@ -143,7 +143,7 @@ def compare(
     seed: int,
     queries: int | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Comparison:
+) -> AgentComparison:
     """Judge agents and baselines in the same held-out episodes.
 
     Args:
@@ -178,11 +178,11 @@ def compare(
     rows_in_all = len(agents) + 1 + _SEARCHES + NUMBER.get(env, 0)
     meter = _Meter(_SEARCHES * budget + rows_in_all * episodes * longest, on_progress)
 
-    def judged(name: str, kind: str, act: Act, spent: int) -> Row:
+    def judged(name: str, kind: str, act: Act, spent: int) -> ComparedAgent:
         played = held_out.play(
             act, range(seed, seed + episodes), lambda episodes: meter(episodes * longest)
         )
-        return Row(name, kind, played, spent)
+        return ComparedAgent(name, kind, played, spent)
 
     # All play the same episodes, the agents first.
     rows = [judged(agent.name, "agent", _of(agent), agent.card.steps) for agent in agents]
@@ -195,7 +195,7 @@ def compare(
     ]
     for arena in (held_out, training):
         arena.close()
-    return Comparison(env, rows)
+    return AgentComparison(env, rows)
 
 
 class _Meter:
@@ -216,7 +216,7 @@ def _searched(
     space = training.environment.action_space
     yield "random actions", random_actions(space, seed), 0
     for by_intention in (False, True):
-        budget = Budget(training, steps, seed, meter, first_query=True)
+        budget = SearchBudget(training, steps, seed, meter, first_query=True)
         act = best_constant(budget, space, by_intention=by_intention)
         yield f"constant{', by intention' if by_intention else ''}", act, budget.spent
     with torch.random.fork_rng(devices=[]):
@@ -226,7 +226,7 @@ def _searched(
         ("random search of the network", random_parameters),
         ("CMA-ES of the network", evolved_parameters),
     ):
-        budget = Budget(training, steps, seed, meter)
+        budget = SearchBudget(training, steps, seed, meter)
         yield name, search(budget, policy), budget.spent
 
 

@@ -34,7 +34,7 @@ Policy = Callable[[Floats], Act]
 
 
 @dataclass
-class Budget:
+class SearchBudget:
     """Environment steps that a search may take.
 
     Args:
@@ -85,7 +85,7 @@ class Budget:
         return played
 
 
-def best_constant(budget: Budget, space: gym.Space[Any], *, by_intention: bool) -> Act:
+def best_constant(budget: SearchBudget, space: gym.Space[Any], *, by_intention: bool) -> Act:
     """The action that earns most without looking, or one for each driving intention.
 
     A grid and random actions take half of the budget; CMA-ES goes on from the best of them.
@@ -116,7 +116,7 @@ def best_constant(budget: Budget, space: gym.Space[Any], *, by_intention: bool) 
     return act_by(evolved(budget, act_by, best.ravel()))
 
 
-def random_parameters(budget: Budget, policy: Any) -> Act:
+def random_parameters(budget: SearchBudget, policy: Any) -> Act:
     """The agent's own network with the best of random parameters.
 
     Args:
@@ -134,7 +134,7 @@ def random_parameters(budget: Budget, policy: Any) -> Act:
     return act_by(best)
 
 
-def evolved_parameters(budget: Budget, policy: Any) -> Act:
+def evolved_parameters(budget: SearchBudget, policy: Any) -> Act:
     """The same with the parameters that CMA-ES finds.
 
     Of thousands of parameters only their own variances are adapted (Ros and Hansen 2008).
@@ -165,7 +165,7 @@ def _network(policy: Any) -> tuple[Floats, Policy]:
 
 
 def evolved(
-    budget: Budget,
+    budget: SearchBudget,
     act_by: Policy,
     start: Floats,
     *,

@@ -43,7 +43,7 @@ class DriveLog:
 
 
 @dataclass(frozen=True)
-class Contact:
+class DriveContact:
     """The first touch of the car and an actor."""
 
     step: int
@@ -72,7 +72,7 @@ def touched(car: Floats, sizes: Floats, poses: Floats, present: NDArray[np.bool_
     return int(rows[np.argmax(touching)]) if touching.any() else None
 
 
-def first_contact(log: DriveLog) -> Contact | None:
+def first_contact(log: DriveLog) -> DriveContact | None:
     """The first instant at which the car touches an actor that it did not touch at the start.
 
     A scene may begin with a touch, which labels that are centimetres off make; no driver caused it.
@@ -89,7 +89,7 @@ def first_contact(log: DriveLog) -> Contact | None:
     for step in np.flatnonzero(near.any(axis=1)).tolist():
         actor = touched(log.car[step], log.sizes, log.poses[step], near[step])
         if actor is not None:
-            return Contact(step, actor)
+            return DriveContact(step, actor)
     return None
 
 

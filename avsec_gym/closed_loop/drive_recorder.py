@@ -17,7 +17,7 @@ from avsec_gym.closed_loop.drive_record import (
     reaches_goal,
     record_of,
 )
-from avsec_gym.closed_loop.traffic import Traffic
+from avsec_gym.closed_loop.traffic import RoadTraffic
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
 
@@ -35,7 +35,7 @@ class DriveRecorder:
 
     def __init__(
         self,
-        traffic: Traffic,
+        traffic: RoadTraffic,
         intention: Intention,
         start: EgoState,
         *,

@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from avsec_gym.closed_loop.drive_log import Contact, DriveLog
+from avsec_gym.closed_loop.drive_log import DriveContact, DriveLog
 from avsec_gym.closed_loop.lanes import Lanes
 from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons, wrap_angle
 from avsec_gym.planners.vehicle import BMW_320I
@@ -29,7 +29,9 @@ _AHEAD, _BEHIND = math.radians(30), math.radians(150)
 """Angle off straight ahead below which an actor is ahead, and above which it is behind."""
 
 
-def at_fault(log: DriveLog, contact: Contact, lanes: Lanes, drivable: shapely.Geometry) -> bool:
+def at_fault(
+    log: DriveLog, contact: DriveContact, lanes: Lanes, drivable: shapely.Geometry
+) -> bool:
     """Whether the car is to blame for a contact.
 
     Args:

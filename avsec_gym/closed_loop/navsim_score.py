@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from avsec_gym.closed_loop.drive_log import Contact, DriveLog
+from avsec_gym.closed_loop.drive_log import DriveContact, DriveLog
 from avsec_gym.closed_loop.fault import STANDING, astride, is_ahead, is_behind
 from avsec_gym.closed_loop.lanes import Lanes
 from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
@@ -72,7 +72,7 @@ class NavsimScore:
         return self.no_collision * self.drivable * weighted / 12
 
 
-def no_collision(contact: Contact | None, fault: bool, log: DriveLog, *, thing: bool) -> float:
+def no_collision(contact: DriveContact | None, fault: bool, log: DriveLog, *, thing: bool) -> float:
     """NC.
 
     Args:

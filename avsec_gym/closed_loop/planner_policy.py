@@ -74,7 +74,7 @@ class Ambition(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Decision:
+class Replanning:
     """What one replanning came to.
 
     Args:
@@ -101,7 +101,7 @@ class PlannerPolicy:
     def __init__(self, planner: Any = "astar", replanning: float = REPLANNING) -> None:
         self.planner: Planner = make(Kind.PLANNER, planner)
         self.replanning = number("replanning", replanning, 0.05, 10.0)
-        self.decisions: list[Decision] = []
+        self.decisions: list[Replanning] = []
         """Of the present drive, in the order of time."""
         self._scene: TrafficScene | None = None
         self._target = 0
@@ -136,7 +136,7 @@ class PlannerPolicy:
         assert trajectory is not None
         return follow(trajectory, belief.time - decision.time, state)
 
-    def _decision(self, state: EgoState, belief: Belief) -> Decision:
+    def _decision(self, state: EgoState, belief: Belief) -> Replanning:
         problem = self._problem(state, belief, ())
         if not belief.stops:
             for ambition, goal in self._goals(state, belief):
@@ -144,8 +144,8 @@ class PlannerPolicy:
                 first = not self.decisions or ambition == Ambition.CHANGE
                 plan = self._plan(problem, self._cruise(belief), thorough=first)
                 if plan is not None:
-                    return Decision(belief.time, ambition, plan, problem)
-        return Decision(
+                    return Replanning(belief.time, ambition, plan, problem)
+        return Replanning(
             belief.time, Ambition.STOP, self._stop(state, problem, belief.time), problem
         )
 

@@ -26,7 +26,7 @@ _ALONG = 0.5
 _VEHICLES = ("Car", "Van", "Truck", "Misc")
 
 
-class Traffic:
+class RoadTraffic:
     """All actors of a scene on a road, in the order of its tracks.
 
     Args:

@@ -14,7 +14,7 @@ from avsec_gym.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from avsec_gym.agents.agent_folder import AgentCard
-    from avsec_gym.agents.comparison import Comparison
+    from avsec_gym.agents.comparison import AgentComparison
 
 _MOST_EPISODES = 1_000_000
 
@@ -172,7 +172,7 @@ def _sentence(card: AgentCard) -> str:
     return f"{state}; {card.steps:,} steps in {card.seconds:.0f} s{judged}"
 
 
-def _show(found: Comparison) -> None:
+def _show(found: AgentComparison) -> None:
     rows = [row.to_json() for row in found.rows]
     console.print_table(
         f"{found.env}: {rows[0]['episodes']} held-out episodes; % with 95 % intervals",

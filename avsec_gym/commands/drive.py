@@ -22,7 +22,7 @@ _USUAL_COUNT = {_LAYOUTS: 30, _DRIVES: 10}
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveInTraffic:
     """Drive on in traffic, by what the car believes, under several settings side by side.
 
     The planner replans every half second from where the car has really come to. Without options:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from avsec_gym.validation.validation_folder import ValidationFolder
 
 
-class AttackRow(TypedDict):
+class JudgedAttack(TypedDict):
     """What was attacked, and what came of it."""
 
     kind: str
@@ -45,7 +45,7 @@ class InstantRow(TypedDict):
     bytes: list[dict[str, int]]
     refused: list[Any]
     seconds: dict[str, float]
-    attack: AttackRow | None
+    attack: JudgedAttack | None
     attack_possible: bool
     vehicles: int
 

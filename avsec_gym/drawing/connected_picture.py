@@ -13,7 +13,7 @@ from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.validation.connected.rays.claims import claim
 from avsec_gym.validation.connected.rays.observer import Observer, observe
-from avsec_gym.validation.connected.rays.witness import SUPPORT, THROUGH, Margins, outcomes
+from avsec_gym.validation.connected.rays.witness import SUPPORT, THROUGH, WitnessMargins, outcomes
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -35,7 +35,7 @@ _HEIGHTS = (0.25, 2.5)
 def draw_connected(
     result: ConnectedResult,
     scans: Sequence[VehicleScan],
-    margins: Margins = Margins(),
+    margins: WitnessMargins = WitnessMargins(),
     origin: str = "",
 ) -> Figure:
     """Left: all scans from above.  Right: the regions that alarm, likeliest first, three at most.
@@ -76,7 +76,7 @@ def save_connected_picture(
     path: Path,
     result: ConnectedResult,
     scans: Sequence[VehicleScan],
-    margins: Margins = Margins(),
+    margins: WitnessMargins = WitnessMargins(),
     origin: str = "",
 ) -> None:
     """Write `draw_connected` as PNG.
@@ -147,7 +147,7 @@ def _draw_all(axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan])
 
 
 def _draw_region(
-    axes: Axes, region: Regions, observers: Sequence[Observer], margins: Margins
+    axes: Axes, region: Regions, observers: Sequence[Observer], margins: WitnessMargins
 ) -> None:
     """Claims of all vehicles in a region, and what the rays of all others do there."""
     for number, observer in enumerate(observers):

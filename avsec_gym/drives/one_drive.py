@@ -15,7 +15,7 @@ from avsec_gym.closed_loop.drive_log import first_contact
 from avsec_gym.closed_loop.drive_record import Outcome, goal_distance
 from avsec_gym.closed_loop.navsim_score import COMFORT
 from avsec_gym.closed_loop.perception import TruthPerception
-from avsec_gym.closed_loop.planner_policy import Ambition, Decision
+from avsec_gym.closed_loop.planner_policy import Ambition, Replanning
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.drives.drive_row import drive_id
 from avsec_gym.envs.one_thread import one_thread
@@ -134,7 +134,7 @@ def drive(environment: Any, task: DriveTask) -> Driven:
     return Driven(with_schema("drive.row", row), film, seconds)
 
 
-def _first_plan(decision: Decision, start: Surroundings) -> str:
+def _first_plan(decision: Replanning, start: Surroundings) -> str:
     """The outcome of the first plan, were it driven to its end: what a single query reports.
 
     Args:
@@ -163,7 +163,7 @@ def _film(
     beliefs: list[Any],
     elapsed: list[float],
     plans: list[int],
-    decisions: list[Decision],
+    decisions: list[Replanning],
 ) -> DriveFilm:
     log, scene = played.log(), played.scene
     rows = np.round(np.array(elapsed) / log.dt).astype(int)
@@ -199,7 +199,7 @@ def _film(
     )
 
 
-def _points(decision: Decision) -> Floats:
+def _points(decision: Replanning) -> Floats:
     trajectory = decision.plan.trajectory
     assert trajectory is not None, "an emergency stop is a trajectory, too"
     return np.asarray(trajectory[:, :2], float)

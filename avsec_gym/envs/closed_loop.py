@@ -25,7 +25,7 @@ from avsec_gym.closed_loop.road_frame import mirrored_angle
 from avsec_gym.closed_loop.road_network import network_of
 from avsec_gym.closed_loop.sensor_needs import sensing
 from avsec_gym.closed_loop.surroundings import Surroundings
-from avsec_gym.closed_loop.traffic import REACTING, RECORDED, Traffic
+from avsec_gym.closed_loop.traffic import REACTING, RECORDED, RoadTraffic
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop_actions import car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
@@ -243,7 +243,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         car = car_on_road(self.scene, self.road, self.config["action"])
         self.vehicle = car
         self.road.vehicles = [car]
-        self.traffic = Traffic(self.scene, self.road, self.traffic_behaviour)
+        self.traffic = RoadTraffic(self.scene, self.road, self.traffic_behaviour)
         self._recorder = DriveRecorder(
             self.traffic,
             self.intention,

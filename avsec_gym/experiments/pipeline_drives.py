@@ -19,7 +19,7 @@ from avsec_gym.runs.experiment import (
     CellResult,
     Configuration,
     DetectionRow,
-    DriveRow,
+    EpisodeRow,
     Experiment,
 )
 from avsec_gym.scenario.intention import Intention
@@ -91,10 +91,10 @@ class PipelineDrives:
         """
         scene, pipeline = self._by_id[scenario], self._pipeline
         clean = self._scenes.frame(scene)
-        drives: list[DriveRow] = []
+        drives: list[EpisodeRow] = []
         for way in Intention:
             truth = run_episode(scene, way, motion=Motion.TRUTH, planner=pipeline.planner)
-            drives.append(DriveRow(TRUTH, truth.record, planner=self._planner))
+            drives.append(EpisodeRow(TRUTH, truth.record, planner=self._planner))
         looks = {UNATTACKED: clean}
         if pipeline.attack is not None:
             disparity = self._scenes.disparity(scene)
@@ -106,7 +106,7 @@ class PipelineDrives:
             detections.append(DetectionRow(setting, scenario, perception.detections))
             for way in Intention:
                 episode = pipeline.run_episode(scene, perception, way)
-                drives.append(DriveRow(setting, episode.record, planner=self._planner))
+                drives.append(EpisodeRow(setting, episode.record, planner=self._planner))
         return CellResult(drives, detections)
 
 

@@ -32,7 +32,7 @@ _ANOTHER = "Name another folder: results of two runs in one would be scored as o
 
 
 @dataclass(frozen=True)
-class Outcome:
+class WrittenFrames:
     """What became of the frames."""
 
     written: int
@@ -50,7 +50,7 @@ def write_result_folder(
     *,
     workers: int = 1,
     on_progress: Callable[[int, int], None] | None = None,
-) -> Outcome:
+) -> WrittenFrames:
     """Write what a detector sees as ``000107.txt`` and so on, empty where it finds nothing.
 
     Files that are there already are kept, so that a run that was stopped goes on.
@@ -88,7 +88,7 @@ def write_result_folder(
                 on_progress(done, len(ids))
     if skipped and len(skipped) == len(ids):
         raise skipped[ids[0]]
-    return Outcome(len(wanted) - len(skipped), kept, dict(sorted(skipped.items())))
+    return WrittenFrames(len(wanted) - len(skipped), kept, dict(sorted(skipped.items())))
 
 
 def recorded_detector(out: str | Path) -> tuple[Any, Any]:

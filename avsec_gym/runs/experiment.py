@@ -112,7 +112,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class DriveRow:
+class EpisodeRow:
     """What became of one drive.
 
     Args:
@@ -164,7 +164,7 @@ class CellResult:
         seconds: How long each part took, by name.
     """
 
-    drives: Sequence[DriveRow] = ()
+    drives: Sequence[EpisodeRow] = ()
     detections: Sequence[DetectionRow] = ()
     measurements: Sequence[Measurement] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)

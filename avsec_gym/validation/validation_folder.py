@@ -34,7 +34,7 @@ THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples
 """The errors of clean frames; the model; what was measured of the frames that it was fitted on."""
 
 
-class Exceeded(TypedDict):
+class ExceededShare(TypedDict):
     """A share that is beyond its threshold."""
 
     sensors: list[str | int]
@@ -63,7 +63,7 @@ class FrameRow(TypedDict):
     statuses: dict[str, SensorStatus]
     probabilities: dict[str, float] | None
     shares: dict[str, dict[str, float]]
-    exceeded: list[Exceeded]
+    exceeded: list[ExceededShare]
     damage: dict[str, DamageRow]
     truly_attacked: list[str | int]
     seconds: float

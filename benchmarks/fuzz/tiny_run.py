@@ -13,7 +13,7 @@ from avsec_gym.runs.experiment import (
     CellResult,
     Configuration,
     DetectionRow,
-    DriveRow,
+    EpisodeRow,
     Experiment,
     Measurement,
 )
@@ -35,7 +35,7 @@ class Work:
         record = run_episode(scene, "left").record
         boxes: Boxes3D = scene.boxes
         return CellResult(
-            drives=[DriveRow(setting, record) for setting in SETTINGS],
+            drives=[EpisodeRow(setting, record) for setting in SETTINGS],
             detections=[DetectionRow(setting, scene.id, boxes) for setting in SETTINGS],
             measurements=[Measurement(SETTINGS[0], scene.id, "loss", float(np.log1p(number)))],
             seconds={"planning": 0.01},

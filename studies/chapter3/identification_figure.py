@@ -20,7 +20,7 @@ from matplotlib.ticker import PercentFormatter
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.chapter3.identification.calibration import Calibration
+from avsec_gym.experiments.chapter3.identification.calibration import LikelihoodCalibration
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
     CaseRates,
     DetectionRateRow,
@@ -101,7 +101,7 @@ def _identification(axes: Axes, rows: Sequence[MethodRates]) -> None:
     axes.set(xlim=(-0.003, _HIGHEST_RATE), ylim=(0, 1.03))
 
 
-def _reliability(axes: Axes, calibration: Calibration) -> None:
+def _reliability(axes: Axes, calibration: LikelihoodCalibration) -> None:
     axes.plot([0, 1], [0, 1], color=FAINT, lw=0.8)
     for prior, label, colour, marker in (
         (calibration.probabilities, "the prior as it comes", _OURS, "o"),

@@ -38,7 +38,7 @@ from studies.perception.page_networks import (
     training,
 )
 from studies.perception.page_single_sensor import moderate, single_sensor
-from studies.perception.real_frames import RealFramesResult
+from studies.perception.real_frames import DetectorsInRealFrames
 from studies.perception.single_sensor_precision import SingleSensorPrecision
 from studies.perception.training_curves import NetworkCurves
 
@@ -72,7 +72,7 @@ class DetectorResults:
     detectors: DetectorPrecision
     single: SingleSensorPrecision | None = None
     curves: Mapping[str, NetworkCurves] | None = None
-    real: RealFramesResult | None = None
+    real: DetectorsInRealFrames | None = None
     disparity: DisparityAccuracy | None = None
     classifiers: ClassifierAccuracy | None = None
     seconds: DetectorTimes | None = None
@@ -126,7 +126,7 @@ def read_results(folder: Path) -> DetectorResults:
         detectors,
         single=read("single", lambda found: row_of(SingleSensorPrecision, found)),
         curves=read("curves", _curves),
-        real=read("real", lambda found: row_of(RealFramesResult, found)),
+        real=read("real", lambda found: row_of(DetectorsInRealFrames, found)),
         disparity=read("disparity", lambda found: row_of(DisparityAccuracy, found)),
         classifiers=read("classifiers", lambda found: row_of(ClassifierAccuracy, found)),
         seconds=read("seconds", DetectorTimes.from_json),

@@ -11,7 +11,7 @@ from avsec_gym.metrics.disparity_errors import ErrorRate
 from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, number
 from studies.perception.detector_precision import ScoredDetector
 from studies.perception.disparity_accuracy import DisparityAccuracy
-from studies.perception.real_frames import FrameCounts, RealFramesResult
+from studies.perception.real_frames import DetectorsInRealFrames, FrameCounts
 from studies.perception.single_sensor_precision import SingleSensorPrecision
 from studies.perception.weights_facts import SourceFacts
 
@@ -141,7 +141,7 @@ def _in_all(counts: Sequence[float | None]) -> str:
     return UNKNOWN if len(known) < len(counts) else number(sum(known), 0)
 
 
-def real(result: RealFramesResult) -> list[str]:
+def real(result: DetectorsInRealFrames) -> list[str]:
     """Of `real_frames`."""
     rows = []
     for name, figures in result.detectors.items():

@@ -104,14 +104,14 @@ class RealDetections:
 
 
 @dataclass(frozen=True)
-class RealFramesResult:
+class DetectorsInRealFrames:
     """The result."""
 
     frames: list[str]
     detectors: Mapping[str, RealDetections]
 
 
-def run(options: argparse.Namespace) -> RealFramesResult:
+def run(options: argparse.Namespace) -> DetectorsInRealFrames:
     """Detect, compare, draw.
 
     Raises:
@@ -145,7 +145,7 @@ def run(options: argparse.Namespace) -> RealFramesResult:
         )
         for name, boxes in found.items()
     }
-    return RealFramesResult(list(options.frames), detectors)
+    return DetectorsInRealFrames(list(options.frames), detectors)
 
 
 def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> ComparedFrame:

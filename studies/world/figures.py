@@ -14,7 +14,7 @@ from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.geometry import Floats
 from studies.world.labels import LabelComparison
 from studies.world.scans import ELEVATIONS, RANGES, REFLECTANCES, ScanComparison, ScanSpreads
-from studies.world.stereo import MatchedPair, RenderedPair
+from studies.world.stereo import MatcherErrors, RenderedPair
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +29,9 @@ _STYLE: dict[Any, Any] = {
 _TITLE: dict[str, Any] = {"loc": "left", "fontsize": 10, "weight": "bold"}
 
 
-def draw_stereo(rows: Sequence[RenderedPair], real: Mapping[str, MatchedPair], path: Path) -> None:
+def draw_stereo(
+    rows: Sequence[RenderedPair], real: Mapping[str, MatcherErrors], path: Path
+) -> None:
     """How hard pairs are: histograms of rendered ones, real ones as marks.
 
     Args:
@@ -38,7 +40,9 @@ def draw_stereo(rows: Sequence[RenderedPair], real: Mapping[str, MatchedPair], p
         path: Where the PNG goes.
     """
     lidar, dense = [row.lidar for row in rows], [row.dense for row in rows]
-    panels: tuple[tuple[Callable[[MatchedPair], float | None], str, range, list[MatchedPair]], ...]
+    panels: tuple[
+        tuple[Callable[[MatcherErrors], float | None], str, range, list[MatcherErrors]], ...
+    ]
     panels = (
         (lambda pair: pair.wrong, "Wrong of the found disparities (%)", range(31), lidar),
         (lambda pair: pair.density, "Found of the LiDAR's points (%)", range(60, 101), lidar),

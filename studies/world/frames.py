@@ -188,7 +188,7 @@ def measured(
 
 
 @dataclass(frozen=True)
-class Spread:
+class Percentiles:
     """Mean and percentiles of what is known; None where nothing is."""
 
     mean: float | None = None
@@ -199,9 +199,11 @@ class Spread:
     p95: float | None = None
 
 
-def quantiles(values: Sequence[float | None]) -> Spread:
+def quantiles(values: Sequence[float | None]) -> Percentiles:
     """The spread of the values that are known."""
     known = [value for value in values if value is not None]
     if not known:
-        return Spread()
-    return Spread(float(np.mean(known)), *map(float, np.percentile(known, [5, 25, 50, 75, 95])))
+        return Percentiles()
+    return Percentiles(
+        float(np.mean(known)), *map(float, np.percentile(known, [5, 25, 50, 75, 95]))
+    )

@@ -37,7 +37,7 @@ _NUMBERS = ("location", "dimensions", "rotation_y", "box2d", "truncation", "occl
 
 
 @dataclass(frozen=True)
-class FrameLabels:
+class LabelRow:
     """The labels of a rendered frame as lists; see `Boxes3D`."""
 
     location: list[list[float]]
@@ -82,14 +82,14 @@ class LabelComparison:
     """By the names of `COMPARED`."""
 
 
-def measure(posed: PosedScene, capture: Capture) -> FrameLabels:
+def measure(posed: PosedScene, capture: Capture) -> LabelRow:
     """The labels as lists."""
     boxes = capture.labels.boxes
     numbers = {name: np.round(getattr(boxes, name), 4).tolist() for name in _NUMBERS}
-    return FrameLabels(**numbers, category=boxes.category.tolist())
+    return LabelRow(**numbers, category=boxes.category.tolist())
 
 
-def boxes_of(row: FrameLabels) -> Boxes3D:
+def boxes_of(row: LabelRow) -> Boxes3D:
     """The inverse of `measure`."""
     count = len(row.category)
     tails = {"location": (3,), "dimensions": (3,), "box2d": (4,)}
@@ -182,7 +182,7 @@ def _shares(samples: Floats, quantity: Quantity) -> list[float]:
     return (counts / max(len(samples), 1)).round(5).tolist()
 
 
-def summary(rows: Sequence[FrameLabels], kitti: Sample) -> LabelComparison:
+def summary(rows: Sequence[LabelRow], kitti: Sample) -> LabelComparison:
     """Everything that is compared.
 
     Args:

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import astuple, dataclass
 
 from studies.world.checks import Checked
-from studies.world.frames import Spread
+from studies.world.frames import Percentiles
 from studies.world.images import ImageComparison
 from studies.world.labels import LabelComparison, LabelQuantity
 from studies.world.occlusion import Agreement, OcclusionThresholds
 from studies.world.scans import ScanComparison, ScanSpreads
-from studies.world.stereo import MatchedPairs, StereoDifficulty
+from studies.world.stereo import MatcherErrorSpreads, StereoDifficulty
 
 
 @dataclass(frozen=True)
@@ -87,14 +87,14 @@ def _stereo(stereo: StereoDifficulty) -> list[str]:
     return lines
 
 
-_STEREO: tuple[tuple[Callable[[MatchedPairs], Spread], str, float, int], ...] = (
+_STEREO: tuple[tuple[Callable[[MatcherErrorSpreads], Percentiles], str, float, int], ...] = (
     (lambda pairs: pairs.wrong, "wrong, %", 100, 1),
     (lambda pairs: pairs.density, "found, %", 100, 1),
     (lambda pairs: pairs.median_error, "median error, px", 1, 2),
 )
 
 
-_SCANS: tuple[tuple[Callable[[ScanSpreads], Spread], str, float, int], ...] = (
+_SCANS: tuple[tuple[Callable[[ScanSpreads], Percentiles], str, float, int], ...] = (
     (lambda scans: scans.points, "points", 1, 0),
     (lambda scans: scans.mean_reflectance, "mean reflectance", 1, 2),
     (lambda scans: scans.dark, "without reflectance, %", 100, 1),
@@ -229,7 +229,7 @@ def _short(value: float | None) -> str:
     return "–" if value is None else f"{value:.3g}"
 
 
-def _spread(values: Spread, scale: float, digits: int) -> str:
+def _spread(values: Percentiles, scale: float, digits: int) -> str:
     mean, low, high = (
         _number(value, scale, digits) for value in (values.mean, values.p5, values.p95)
     )

@@ -24,7 +24,7 @@ from avsec_gym.world.capture import Capture
 from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.section import Surface
 from studies.world.command import command, measure_one
-from studies.world.frames import Spread, quantiles
+from studies.world.frames import Percentiles, quantiles
 from studies.world.scan_ranges import ground_residual, range_noise
 
 TOLERANCE = 0.05
@@ -118,9 +118,9 @@ class DepthAgreements:
     behind_windows: int
     agree: float | None
     """Of all points."""
-    frames: Spread
+    frames: Percentiles
     """Of each frame's share."""
-    median: Spread
+    median: Percentiles
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class BoxAgreements:
     points: int
     inside: float | None
     """Of all points."""
-    worst: Spread
+    worst: Percentiles
     foreign: int
 
 
@@ -139,15 +139,15 @@ class ScanSpreads:
     """`ScanNumbers` of many scans: spreads of numbers, means of shares."""
 
     scans: int
-    points: Spread
-    dark: Spread
-    mean_reflectance: Spread
-    noise_near: Spread
-    noise_far: Spread
-    residual_2m: Spread
-    residual_5m: Spread
-    residual_5m_kerbs: Spread
-    off_grid: Spread
+    points: Percentiles
+    dark: Percentiles
+    mean_reflectance: Percentiles
+    noise_near: Percentiles
+    noise_far: Percentiles
+    residual_2m: Percentiles
+    residual_5m: Percentiles
+    residual_5m_kerbs: Percentiles
+    off_grid: Percentiles
     range: list[float]
     elevation: list[float]
     reflectance: list[float]

@@ -20,7 +20,7 @@ from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.posed_scenes import PosedScene
 from studies.world.command import command, measure_one
-from studies.world.frames import Spread, quantiles
+from studies.world.frames import Percentiles, quantiles
 
 FIRST_COLUMN = 130
 """The matcher's search leaves out what lies further left."""
@@ -32,7 +32,7 @@ match = SemiGlobalMatching().match
 
 
 @dataclass(frozen=True)
-class MatchedPair:
+class MatcherErrors:
     """Where the matcher found a disparity, and how often that is wrong; None without truth."""
 
     wrong: float | None
@@ -53,19 +53,19 @@ class MatchedPair:
 class RenderedPair:
     """A rendered pair against its scan, and against dense truth."""
 
-    lidar: MatchedPair
-    dense: MatchedPair
+    lidar: MatcherErrors
+    dense: MatcherErrors
 
 
 @dataclass(frozen=True)
-class MatchedPairs:
-    """The spread of each number of `MatchedPair` over pairs."""
+class MatcherErrorSpreads:
+    """The spread of each number of `MatcherErrors` over pairs."""
 
-    wrong: Spread
-    density: Spread
-    filled: Spread
-    mean_error: Spread
-    median_error: Spread
+    wrong: Percentiles
+    density: Percentiles
+    filled: Percentiles
+    mean_error: Percentiles
+    median_error: Percentiles
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,13 @@ class StereoDifficulty:
     """How hard rendered pairs are, beside real ones."""
 
     frames: int
-    lidar: MatchedPairs
-    dense: MatchedPairs
-    real: Mapping[str, MatchedPair]
+    lidar: MatcherErrorSpreads
+    dense: MatcherErrorSpreads
+    real: Mapping[str, MatcherErrors]
     """Real pairs by name."""
 
 
-def compare(found: Disparity, truth: Disparity) -> MatchedPair:
+def compare(found: Disparity, truth: Disparity) -> MatcherErrors:
     """Where the matcher found a disparity, and how often that is wrong.
 
     Args:
@@ -92,7 +92,7 @@ def compare(found: Disparity, truth: Disparity) -> MatchedPair:
     error = np.abs(found[valid] - truth[valid])
     wrong = (error > MIN_ERROR) & (error > MIN_RELATIVE_ERROR * truth[valid])
     some = len(error) > 0
-    return MatchedPair(
+    return MatcherErrors(
         wrong=float(wrong.mean()) if some else None,
         density=float(valid.sum() / known.sum()) if known.any() else None,
         filled=float(np.isfinite(found[:, FIRST_COLUMN:]).mean()),
@@ -111,7 +111,7 @@ def measure(posed: PosedScene, capture: Capture) -> RenderedPair:
     return RenderedPair(lidar=compare(found, sparse), dense=compare(found, capture.disparity))
 
 
-def real_pairs(kitti: Path) -> dict[str, MatchedPair]:
+def real_pairs(kitti: Path) -> dict[str, MatcherErrors]:
     """The same of real pairs, by name.
 
     Args:
@@ -123,7 +123,7 @@ def real_pairs(kitti: Path) -> dict[str, MatchedPair]:
     """
     nested = kitti / "object"
     data = KittiObject(nested if nested.is_dir() else kitti)
-    results: dict[str, MatchedPair] = {}
+    results: dict[str, MatcherErrors] = {}
     for id in data.ids(having=("image_2", "image_3", "calib")):
         frame = data.frame(id)
         found = match(frame.image(2), frame.image(3))
@@ -148,7 +148,7 @@ _STEREO = {
 """Left and right images and truth."""
 
 
-def summary(rows: Sequence[RenderedPair], real: Mapping[str, MatchedPair]) -> StereoDifficulty:
+def summary(rows: Sequence[RenderedPair], real: Mapping[str, MatcherErrors]) -> StereoDifficulty:
     """Percentiles over procedural pairs beside the real ones.
 
     Args:
@@ -159,8 +159,8 @@ def summary(rows: Sequence[RenderedPair], real: Mapping[str, MatchedPair]) -> St
     return StereoDifficulty(len(rows), _spreads(lidar), _spreads(dense), real)
 
 
-def _spreads(pairs: Sequence[MatchedPair]) -> MatchedPairs:
-    return MatchedPairs(
+def _spreads(pairs: Sequence[MatcherErrors]) -> MatcherErrorSpreads:
+    return MatcherErrorSpreads(
         wrong=quantiles([pair.wrong for pair in pairs]),
         density=quantiles([pair.density for pair in pairs]),
         filled=quantiles([pair.filled for pair in pairs]),

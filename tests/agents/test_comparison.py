@@ -7,17 +7,17 @@ import pytest
 
 from avsec_gym.agents.agent_folder import load_agent, shipped_agents
 from avsec_gym.agents.arena import Arena, Played
-from avsec_gym.agents.comparison import Comparison, Row, compare, held_out_result
+from avsec_gym.agents.comparison import AgentComparison, ComparedAgent, compare, held_out_result
 from avsec_gym.agents.learner import single
-from avsec_gym.agents.search import Budget, best_constant, evolved, random_actions
+from avsec_gym.agents.search import SearchBudget, best_constant, evolved, random_actions
 from avsec_gym.errors import DataError
 from avsec_gym.metrics.interquartile_mean import interquartile_mean
 
 SCENES = {"scenarios": {"name": "layouts", "seed": 0, "count": 8}}
 
 
-def row(name: str, won: np.ndarray, kind: str = "baseline") -> Row:
-    return Row(
+def row(name: str, won: np.ndarray, kind: str = "baseline") -> ComparedAgent:
+    return ComparedAgent(
         name, kind, Played(won, won - 0.04, np.ones(len(won), int), np.full(len(won), "left")), 5
     )
 
@@ -42,7 +42,7 @@ def test_an_episode_is_the_same_alone_and_in_a_batch() -> None:
 def test_the_search_finds_a_constant_that_wins_v0() -> None:
     """Where random actions win 3 %, and two ghosts at the best places would win always."""
     arena = Arena("avsec/GhostObject-v0", SCENES)
-    budget = Budget(arena, 16_000, 0, first_query=True)
+    budget = SearchBudget(arena, 16_000, 0, first_query=True)
     act = best_constant(budget, arena.environment.action_space, by_intention=True)
     assert 12_000 < budget.spent <= 16_000
     found = arena.play(act, range(100)).success.mean()
@@ -51,7 +51,7 @@ def test_the_search_finds_a_constant_that_wins_v0() -> None:
 
 
 def test_cma_es_climbs_to_the_optimum() -> None:
-    class Bowl(Budget):
+    class Bowl(SearchBudget):
         def __post_init__(self) -> None:
             self.trials = self.dearest = 1
 
@@ -72,7 +72,7 @@ def test_who_wins_is_said_by_the_paired_interval() -> None:
     better, worse = other | (generator.random(200) < 0.3), other & (generator.random(200) < 0.3)
     said = {"wins against the best": better, "wins against agent": worse, "undecided": other}
     for word, agent in said.items():
-        found = Comparison("x", [row("agent", agent, "agent"), row("b", other)])
+        found = AgentComparison("x", [row("agent", agent, "agent"), row("b", other)])
         assert word in found.answer(found.rows[0])
     facts = row("b", other).to_json()
     blocks = other.reshape(10, 20).mean(axis=1)

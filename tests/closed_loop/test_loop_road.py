@@ -8,7 +8,7 @@ from highway_env.road.road import Road as HighwayRoad
 
 from avsec_gym.closed_loop.loop_road import LoopRoad
 from avsec_gym.closed_loop.road_network import network_of
-from avsec_gym.closed_loop.traffic import REACTING, RECORDED, Traffic
+from avsec_gym.closed_loop.traffic import REACTING, RECORDED, RoadTraffic
 from avsec_gym.closed_loop.traffic_scene import TrafficScene, scene_on_straight_lanes
 from avsec_gym.closed_loop.vehicles import Car
 from avsec_gym.scenario.scene_sets import scene_set
@@ -19,7 +19,7 @@ def crashes(kind: type[HighwayRoad], scene: TrafficScene, behaviour: str) -> np.
     road = kind(network=network_of(scene.lanes), np_random=np.random.RandomState(0))
     car = Car(road, [scene.start.x, -scene.start.y], 0.0, 2 * scene.start.velocity)
     road.vehicles = [car]
-    traffic = Traffic(scene, road, behaviour)
+    traffic = RoadTraffic(scene, road, behaviour)
     rows = []
     for step in range(40):
         road.act()

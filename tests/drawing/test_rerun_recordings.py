@@ -22,7 +22,7 @@ from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
-from avsec_gym.validation.connected.traffic import Traffic
+from avsec_gym.validation.connected.traffic import SentMessages
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from avsec_gym.validation.repair.damage import Damage
 from avsec_gym.validation.repair.damaged_scan import DamagedScan
@@ -142,7 +142,7 @@ def test_an_instant_shows_who_is_accused_of_what(heard: list[Heard], tmp_path: P
     result = ConnectedResult(
         "1", "rays", regions, np.array([0.0, 5, 9]), np.array([0.0, 0.7, 0.9]), np.ones(3, bool),
         np.array([[0.0, 0], [0.4, 0.3], [0.1, 0.8]]), np.zeros((3, 2)),
-        np.array([NO_ATTACK, CANNOT_TELL, 1]), Traffic(2),
+        np.array([NO_ATTACK, CANNOT_TELL, 1]), SentMessages(2),
     )  # fmt: skip
     path = tmp_path / "instant.rrd"
     rerun_instant.write_instant_recording([scan, scan], path, result)

@@ -42,7 +42,7 @@ from avsec_gym.runs.experiment import (
     CellResult,
     Configuration,
     DetectionRow,
-    DriveRow,
+    EpisodeRow,
     Experiment,
     Measurement,
 )
@@ -84,7 +84,7 @@ class DrawnDrives:
             detections.append(DetectionRow(filed, scenario, boxes, strength))
             for way in intentions:
                 record = run_episode(scene, way, above(boxes, 0.3)).record
-                drives.append(DriveRow(under, record, strength))
+                drives.append(EpisodeRow(under, record, strength))
             if not whole and strength in (0, STEPS):
                 facts = self._facts(detector, name, strength, scene)
                 measurements += [

@@ -24,7 +24,7 @@ from avsec_gym.runs.experiment import (
     CellResult,
     Configuration,
     DetectionRow,
-    DriveRow,
+    EpisodeRow,
     Measurement,
 )
 from avsec_gym.runs.fingerprints import fingerprint
@@ -55,7 +55,7 @@ def run(tiny: ModuleType, tmp_path: Path) -> RunFolder:
         np.float32([[1.1, 1.65, 20.3]]), [[1.5, 1.6, 4]], [0.1], [0.9], ["Car"], moving=[True]
     )
     result = CellResult(
-        [DriveRow("dsgn", record, 4) for record in reversed(RECORDS)],
+        [EpisodeRow("dsgn", record, 4) for record in reversed(RECORDS)],
         [DetectionRow("dsgn", "000001", boxes, 4), DetectionRow("dsgn", "000000", boxes[:0], 4)],
         [Measurement("dsgn", "000001", "loss", np.float32(0.5)), Measurement("", "", "no", NAN)],
         {"attack": 2.0},
@@ -97,7 +97,7 @@ def test_folders_of_earlier_releases_open_and_go_on(run: RunFolder) -> None:
     assert [record.swept_collision for record in records] == [None] * 3
     assert [record.outcome for record in records] == [record.outcome for record in RECORDS]
     assert SafetyRates.of(records).swept_collisions is None
-    later = CellResult([DriveRow("later", record, 4) for record in RECORDS])
+    later = CellResult([EpisodeRow("later", record, 4) for record in RECORDS])
     store = ResultStore(path)
     assert isinstance(store.add(Cell.of("here:Work", n=2), Done(rows_of(later), 3.0)), Done)
     store.close()

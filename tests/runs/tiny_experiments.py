@@ -24,7 +24,7 @@ from avsec_gym.runs.experiment import (
     CellResult,
     Configuration,
     DetectionRow,
-    DriveRow,
+    EpisodeRow,
     Experiment,
     Measurement,
 )
@@ -77,7 +77,7 @@ class Draws:
         cost = float(generator.uniform(1, 3))
         return CellResult(
             drives=[
-                DriveRow(attack, _Record(scenario, way, cost), strength=2)  # type: ignore[arg-type]
+                EpisodeRow(attack, _Record(scenario, way, cost), strength=2)  # type: ignore[arg-type]
                 for way in ("left", "right")
             ],
             detections=[DetectionRow(attack, scenario, boxes, strength=2)],

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.base_station import SurfaceComparison
-from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import merge_proposals
 from avsec_gym.validation.connected.ray_exchange import (
@@ -28,7 +28,7 @@ from avsec_gym.validation.connected.surface_exchange import (
     decide_by_surfaces,
     exchange_surfaces,
 )
-from avsec_gym.validation.connected.traffic import Traffic
+from avsec_gym.validation.connected.traffic import SentMessages
 from avsec_gym.validation.connected.validator import Method
 from avsec_gym.validation.connected.vehicle import RegionProposer
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -82,7 +82,7 @@ def compared_instant(
         constants: What evidence is worth.
         proposer: Proposes regions of a scan, all around.
     """
-    budget = Budget()
+    budget = MessageBudget()
     by_rays = _CpuTraffic(len(scans), most_bytes=budget.nbytes)
     merged = merge_proposals(scans, proposer, by_rays, budget)
     # Both begin with the same proposals, and pay for them.
@@ -107,7 +107,7 @@ def compared_instant(
     return ComparedInstant(merged.regions, decidable, compared.distances, results)
 
 
-class _CpuTraffic(Traffic):
+class _CpuTraffic(SentMessages):
     """Messages whose steps take CPU time, which a busy machine does not lengthen."""
 
     @contextmanager
@@ -120,6 +120,6 @@ class _CpuTraffic(Traffic):
             self.seconds[name] = self.seconds.get(name, 0.0) + passed
 
 
-def _result(decided: SurfaceDecision | Decision, traffic: Traffic) -> MethodResult:
+def _result(decided: SurfaceDecision | Decision, traffic: SentMessages) -> MethodResult:
     sent = [each.total() for each in traffic.sent]
     return MethodResult(decided.score, decided.named, sent, traffic.seconds)

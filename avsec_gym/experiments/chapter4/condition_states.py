@@ -14,7 +14,7 @@ from avsec_gym.experiments.chapter4.settings import (
     CONDITIONS,
     FITTED,
     JUDGED,
-    Condition,
+    ConnectedCondition,
 )
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.roc_curve import ClusteredScores, threshold_at
@@ -34,7 +34,7 @@ class ConditionStates:
         attacked: The same instants under each attack.
     """
 
-    condition: Condition
+    condition: ConnectedCondition
     fitted: Sequence[MeasuredState]
     clean: Sequence[MeasuredState]
     attacked: Mapping[AttackKind, Sequence[MeasuredState]]

@@ -11,7 +11,7 @@ from avsec_gym.validation.connected.validator import Method
 
 
 @dataclass(frozen=True)
-class FalseAlarms:
+class InstantFalseAlarms:
     """How often attack-free instants alarm.
 
     Args:
@@ -33,7 +33,7 @@ class FalseAlarms:
     decidable: Share
 
 
-def false_alarms(states: ConditionStates) -> list[FalseAlarms]:
+def false_alarms(states: ConditionStates) -> list[InstantFalseAlarms]:
     """The false alarms of a condition.
 
     Args:
@@ -42,11 +42,11 @@ def false_alarms(states: ConditionStates) -> list[FalseAlarms]:
     return [_alarms(states, method, rate) for method in METHODS for rate in RATES]
 
 
-def _alarms(states: ConditionStates, method: Method, rate: float) -> FalseAlarms:
+def _alarms(states: ConditionStates, method: Method, rate: float) -> InstantFalseAlarms:
     threshold, clean = states.threshold(method, rate), states.clean
     regions = region_scores(clean, method)
     alarms = regions.scores > threshold
-    return FalseAlarms(
+    return InstantFalseAlarms(
         states.condition.name,
         method,
         rate,

@@ -20,7 +20,7 @@ from avsec_gym.experiments.chapter4.settings import (
     OPTIONS,
     STATES_OF,
     USUAL,
-    Condition,
+    ConnectedCondition,
     Part,
 )
 from avsec_gym.experiments.chapter4.states_of_instants import (
@@ -77,7 +77,7 @@ def connected_cells(configuration: Configuration) -> list[Cell]:
     ]
 
 
-def conditions_of(configuration: Configuration) -> list[Condition]:
+def conditions_of(configuration: Configuration) -> list[ConnectedCondition]:
     """The conditions that a run measures.
 
     Raises:
@@ -153,7 +153,7 @@ class ConnectedInstants:
         return self._place[1]
 
 
-def constants_under(fit: ConnectedFit, condition: Condition) -> ConnectedConstants:
+def constants_under(fit: ConnectedFit, condition: ConnectedCondition) -> ConnectedConstants:
     """What evidence is worth where vehicles know how much their poses err.
 
     Args:

@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter4.settings import METHODS, Condition, Part, State
+from avsec_gym.experiments.chapter4.settings import METHODS, ConnectedCondition, Part, State
 from avsec_gym.geometry import Floats
 from avsec_gym.runs.experiment import Measurement
 from avsec_gym.runs.results import Results
@@ -73,7 +73,7 @@ class MeasuredState:
         return Naming(int(self.named[method][best]))
 
 
-def setting_of(part: Part, condition: Condition, state: State) -> str:
+def setting_of(part: Part, condition: ConnectedCondition, state: State) -> str:
     """The setting of a run's rows."""
     return f"{part}, {condition.name}, {state}"
 
@@ -102,7 +102,7 @@ def rows_of(measured: MeasuredState, setting: str) -> list[Measurement]:
 
 
 def measured_states(
-    results: Results, part: Part, condition: Condition, state: State
+    results: Results, part: Part, condition: ConnectedCondition, state: State
 ) -> list[MeasuredState]:
     """The states that a run holds, by place.
 

@@ -18,7 +18,7 @@ from avsec_gym.experiments.chapter4.settings import (
     METHODS,
     OPERATING_RATE,
     USUAL,
-    Condition,
+    ConnectedCondition,
 )
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
 from avsec_gym.experiments.chapter4.tables import IN_WORDS
@@ -49,7 +49,7 @@ def figures_of_connected(summary: ConnectedSummary) -> list[Figure]:
     return [figure for figure in [*figures, factors] if figure.drawings]
 
 
-def _distance_figure(summary: ConnectedSummary, conditions: Sequence[Condition]) -> Figure:
+def _distance_figure(summary: ConnectedSummary, conditions: Sequence[ConnectedCondition]) -> Figure:
     rows = {row.condition: row for row in summary.distances}
     panels = [
         steps_panel(
@@ -76,7 +76,9 @@ def _distance_figure(summary: ConnectedSummary, conditions: Sequence[Condition])
     )
 
 
-def _detection_figure(summary: ConnectedSummary, conditions: Sequence[Condition]) -> Figure:
+def _detection_figure(
+    summary: ConnectedSummary, conditions: Sequence[ConnectedCondition]
+) -> Figure:
     panels = []
     for condition in conditions:
         for kind in ATTACKS:
@@ -111,7 +113,7 @@ def _detection_figure(summary: ConnectedSummary, conditions: Sequence[Condition]
     )
 
 
-def _roc_figure(summary: ConnectedSummary, conditions: Sequence[Condition]) -> Figure:
+def _roc_figure(summary: ConnectedSummary, conditions: Sequence[ConnectedCondition]) -> Figure:
     panels = []
     for condition in conditions:
         for kind in ATTACKS:
@@ -151,7 +153,7 @@ def _factor_figure(summary: ConnectedSummary) -> Figure:
 
 
 def _marks(
-    summary: ConnectedSummary, kind: AttackKind, place: Callable[[Condition], float | None]
+    summary: ConnectedSummary, kind: AttackKind, place: Callable[[ConnectedCondition], float | None]
 ) -> list[Mark]:
     """The true positive rates of conditions that have a place on the axis."""
     rows = {(row.condition, row.method): row for row in summary.roc if row.kind == kind}
@@ -172,17 +174,17 @@ def _mark(x: float, row: RocRow, kind: str) -> Mark:
     return Mark((x, share.percent), f"small {kind}", f"{hint} of {row.attacks}", interval)
 
 
-def _of_noise(condition: Condition) -> float | None:
+def _of_noise(condition: ConnectedCondition) -> float | None:
     alike = condition.clocks_apart == EXACT.clocks_apart and condition.vehicles == EXACT.vehicles
     return condition.noise if alike else None
 
 
-def _of_vehicles(condition: Condition) -> float | None:
+def _of_vehicles(condition: ConnectedCondition) -> float | None:
     alike = (condition.noise, condition.clocks_apart) == (USUAL.noise, USUAL.clocks_apart)
     return float(condition.vehicles) if alike else None
 
 
-def _short(condition: Condition) -> str:
+def _short(condition: ConnectedCondition) -> str:
     """A condition of three vehicles, or of any number, on a small drawing."""
     if (condition.noise, condition.clocks_apart) == (EXACT.noise, EXACT.clocks_apart):
         return "exact"

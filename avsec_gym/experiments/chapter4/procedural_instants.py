@@ -9,10 +9,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, MOST_VEHICLES, Condition, Part
+from avsec_gym.experiments.chapter4.settings import (
+    FITTED,
+    JUDGED,
+    MOST_VEHICLES,
+    ConnectedCondition,
+    Part,
+)
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.recordings import RecordedInstant
-from avsec_gym.validation.connected.sweep import Sweep as SweepOfScan
+from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from avsec_gym.world.actors import Integers
 from avsec_gym.world.assets import Assets
@@ -43,7 +49,7 @@ class ScannedPlace:
         [self._posed] = drive_scenes(self._set, number, 1, vehicles, assets=ASSETS[part])
         self._scanned: dict[float, RecordedInstant] = {}
 
-    def instant(self, condition: Condition) -> RecordedInstant:
+    def instant(self, condition: ConnectedCondition) -> RecordedInstant:
         """The instant as the first vehicles of the place measure it.
 
         The errors of poses are the same draws under all conditions, scaled.
@@ -63,7 +69,7 @@ class ScannedPlace:
         )
         return RecordedInstant(whole.id, scans, whole.truth, whole.true_poses[:taken])
 
-    def _measured(self, vehicle: int, pose: Floats, condition: Condition) -> Floats:
+    def _measured(self, vehicle: int, pose: Floats, condition: ConnectedCondition) -> Floats:
         error = pose_errors(self._set, self._number, vehicle, 1)[0]
         return measured_pose(pose, error, condition.noise, condition.noise)
 
@@ -80,7 +86,7 @@ class ScannedPlace:
             scans.append(VehicleScan(scan.points, pose, seconds))
             points.append(_counts(scan.object_id, len(instant.actors)))
         truth = instant_of(instant, self._number, 0, offsets, points)
-        rolling = [SweepOfScan(each.speed, each.turn_rate) for each in truth.vehicles]
+        rolling = [RollingSweep(each.speed, each.turn_rate) for each in truth.vehicles]
         rolled = tuple(
             VehicleScan(scan.points, scan.pose, scan.time, sweep)
             for scan, sweep in zip(scans, rolling, strict=True)

@@ -31,7 +31,7 @@ MOST_VEHICLES = 5
 
 
 @dataclass(frozen=True)
-class Condition:
+class ConnectedCondition:
     """What the vehicles know of each other, and how many they are.
 
     Args:
@@ -52,16 +52,16 @@ class Condition:
         return f"{self.noise:g} m, {self.noise:g} deg, {apart}, {self.vehicles} vehicles"
 
 
-EXACT = Condition(0.0, 0.0, 3)
-NOISY = Condition(0.2, 0.0, 3)
-USUAL = Condition(0.2, 0.1, 3)
+EXACT = ConnectedCondition(0.0, 0.0, 3)
+NOISY = ConnectedCondition(0.2, 0.0, 3)
+USUAL = ConnectedCondition(0.2, 0.1, 3)
 """Poses and clocks as the goals of the project name them."""
 CONDITIONS = (
     EXACT,
     NOISY,
-    Condition(0.5, 0.0, 3),
+    ConnectedCondition(0.5, 0.0, 3),
     USUAL,
-    *(Condition(0.2, 0.1, vehicles) for vehicles in (2, 4, MOST_VEHICLES)),
+    *(ConnectedCondition(0.2, 0.1, vehicles) for vehicles in (2, 4, MOST_VEHICLES)),
 )
 """One factor at a time: errors of poses, then clocks, then the number of vehicles."""
 OPTIONS = {"conditions": [], "constants": ""}

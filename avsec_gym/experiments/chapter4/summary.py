@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter4.distance_distributions import (
     DistanceDistribution,
     distance_distribution,
 )
-from avsec_gym.experiments.chapter4.false_alarms import FalseAlarms, false_alarms
+from avsec_gym.experiments.chapter4.false_alarms import InstantFalseAlarms, false_alarms
 from avsec_gym.experiments.chapter4.roc_rates import RocRow, roc_rows
 from avsec_gym.experiments.chapter4.sent_bytes import SentBytes, sent_bytes
 from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED
@@ -40,7 +40,7 @@ class ConnectedSummary:
     detection: Sequence[DetectionRate]
     roc: Sequence[RocRow]
     attacks: Sequence[AttackRates]
-    false_alarms: Sequence[FalseAlarms]
+    false_alarms: Sequence[InstantFalseAlarms]
     sent: Sequence[SentBytes]
     times: Sequence[StepTime]
 

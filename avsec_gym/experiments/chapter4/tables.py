@@ -8,7 +8,7 @@ from avsec_gym.drawing.page_table import Table, TableCell, figure, name
 from avsec_gym.experiments.chapter4.attack_rates import AttackRates
 from avsec_gym.experiments.chapter4.detection_rates import PAIRS, REGIONS, DetectionRate
 from avsec_gym.experiments.chapter4.distance_distributions import DistanceDistribution
-from avsec_gym.experiments.chapter4.false_alarms import FalseAlarms
+from avsec_gym.experiments.chapter4.false_alarms import InstantFalseAlarms
 from avsec_gym.experiments.chapter4.roc_rates import RocRow
 from avsec_gym.experiments.chapter4.sent_bytes import SentBytes
 from avsec_gym.experiments.chapter4.settings import (
@@ -136,7 +136,7 @@ def _attack_table(rows: Sequence[AttackRates]) -> Table:
     )
 
 
-def _alarm_table(rows: Sequence[FalseAlarms]) -> Table:
+def _alarm_table(rows: Sequence[InstantFalseAlarms]) -> Table:
     return Table(
         "False alarms for each region and for each frame",
         [

@@ -47,7 +47,7 @@ from avsec_gym.runs.experiment import (
     CellResult,
     Configuration,
     DetectionRow,
-    DriveRow,
+    EpisodeRow,
     Measurement,
 )
 from avsec_gym.scenario.intention import Intention
@@ -106,7 +106,7 @@ class _Look:
 class _Result:
     """The results so far."""
 
-    drives: list[DriveRow] = field(default_factory=list)
+    drives: list[EpisodeRow] = field(default_factory=list)
     detections: list[DetectionRow] = field(default_factory=list)
     measurements: list[Measurement] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
@@ -278,7 +278,7 @@ def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Box
     with result.timed("planner"):
         for intention in look.intentions:
             record = pipeline.run_episode(scene, perception, intention).record
-            result.drives.append(DriveRow(under, record, look.strength))
+            result.drives.append(EpisodeRow(under, record, look.strength))
     return perception.believed
 
 

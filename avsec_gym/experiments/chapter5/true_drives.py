@@ -8,7 +8,7 @@ from pathlib import Path
 from avsec_gym.experiments.chapter5.scenes import scenes_of
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
-from avsec_gym.runs.experiment import Cell, CellResult, Configuration, DriveRow
+from avsec_gym.runs.experiment import Cell, CellResult, Configuration, EpisodeRow
 from avsec_gym.scenario.intention import Intention
 
 GROUND_TRUTH = "ground_truth"
@@ -47,7 +47,7 @@ class TrueDrives:
         """
         start = time.perf_counter()
         rows = [
-            DriveRow(
+            EpisodeRow(
                 GROUND_TRUTH,
                 run_episode(self._by_id[scenario], intention, planner=planner).record,
                 planner=name,

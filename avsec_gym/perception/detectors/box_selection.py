@@ -32,7 +32,7 @@ class SelectionRule:
 
 
 @dataclass(frozen=True, eq=False)
-class Selected:
+class SelectedBoxes:
     """M detections of an image, best first.
 
     Args:
@@ -46,7 +46,7 @@ class Selected:
     classes: Tensor
 
 
-def select(boxes: Tensor, scores: Tensor, rule: SelectionRule) -> Selected:
+def select(boxes: Tensor, scores: Tensor, rule: SelectionRule) -> SelectedBoxes:
     """What survives score and suppression, each class by itself.
 
     Args:
@@ -63,4 +63,4 @@ def select(boxes: Tensor, scores: Tensor, rule: SelectionRule) -> Selected:
         found.append((boxes[kept, label], scores[kept, label], torch.full_like(kept, label)))
     columns = [torch.cat(column) for column in zip(*found, strict=True)]
     order = torch.argsort(columns[1], descending=True, stable=True)
-    return Selected(*(column[order] for column in columns))
+    return SelectedBoxes(*(column[order] for column in columns))

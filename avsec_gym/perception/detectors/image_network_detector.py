@@ -13,7 +13,7 @@ from torch.nn import functional
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Image, SensorFrame
-from avsec_gym.perception.detectors.box_selection import Selected
+from avsec_gym.perception.detectors.box_selection import SelectedBoxes
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.detectors.image_truth import ImageTruth, image_truth
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
@@ -98,7 +98,7 @@ class ImageNetworkDetector(NetworkDetector[Configuration, Network], ABC):
         """See `DifferentiableImageDetector`."""
 
     @abstractmethod
-    def _found(self, inputs: Tensor) -> list[Selected]:
+    def _found(self, inputs: Tensor) -> list[SelectedBoxes]:
         """The detections in each of B prepared images, in pixels of these."""
 
     def prepare(self, images: Tensor) -> Tensor:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.cropping import Margins
+from avsec_gym.validation.connected.cropping import CropMargins
 from avsec_gym.validation.connected.merging import DUPLICATE_IOU, seen_from_above
 from avsec_gym.validation.connected.messages.crop_message import CropMessage
 from avsec_gym.validation.connected.messages.region_message import MOST_REGIONS, RegionMessage
@@ -56,7 +56,9 @@ def admitted_proposals(messages: Iterable[RegionMessage]) -> list[RegionMessage]
 
 
 def admitted_crops(
-    messages: Iterable[CropMessage], complete_set: RegionMessage, margins: Margins = Margins()
+    messages: Iterable[CropMessage],
+    complete_set: RegionMessage,
+    margins: CropMargins = CropMargins(),
 ) -> list[CropMessage]:
     """The crops that the base station compares, by number of the sender.
 

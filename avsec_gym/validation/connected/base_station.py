@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.cropping import Margins
+from avsec_gym.validation.connected.cropping import CropMargins
 from avsec_gym.validation.connected.merging import merged_regions, regions_in_world
 from avsec_gym.validation.connected.messages.crop_message import CropMessage
 from avsec_gym.validation.connected.messages.region_message import (
@@ -37,7 +37,7 @@ class SurfaceComparison:
 
     mesher: Mesher = delaunay_mesh
     epsilon: float = THESIS_EPSILON
-    margins: Margins = field(default_factory=Margins)
+    margins: CropMargins = field(default_factory=CropMargins)
     fewest_points: int = 10
 
 

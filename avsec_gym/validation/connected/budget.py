@@ -14,7 +14,7 @@ from avsec_gym.validation.connected.rays.witness_counts import WitnessCounts, mo
 
 
 @dataclass(frozen=True)
-class Budget:
+class MessageBudget:
     """The bytes of a vehicle and instant, and what they are spent on.
 
     Args:

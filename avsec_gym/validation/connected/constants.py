@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.rays.decision import DecisionRule
-from avsec_gym.validation.connected.rays.fitting import Calibration
+from avsec_gym.validation.connected.rays.fitting import ScoreCalibration
 from avsec_gym.validation.connected.rays.rates import RayRates
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.surfaces.distance import THESIS_EPSILON
 
 THESIS_THETA = 0.8
@@ -36,12 +36,12 @@ class ConnectedConstants:
     """
 
     rates: RayRates = field(default_factory=RayRates)
-    margins: Margins = field(default_factory=Margins)
+    margins: WitnessMargins = field(default_factory=WitnessMargins)
     rule: DecisionRule = field(default_factory=DecisionRule)
     epsilon: float = THESIS_EPSILON
     theta: float = THESIS_THETA
-    of_distance: Calibration = field(
-        default_factory=lambda: Calibration(slope=4.0, offset=-4.0 * THESIS_THETA)
+    of_distance: ScoreCalibration = field(
+        default_factory=lambda: ScoreCalibration(slope=4.0, offset=-4.0 * THESIS_THETA)
     )
 
     def __post_init__(self) -> None:

@@ -15,7 +15,7 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 
 @dataclass(frozen=True)
-class Margins:
+class CropMargins:
     """How much more than a proposal is cropped: every region is to hold some of the ground.
 
     Args:
@@ -36,7 +36,9 @@ class Margins:
             raise ConfigurationError(f"margins are 0 m or more, got {self}")
 
 
-def cropped(scan: VehicleScan, regions: Regions, margins: Margins = Margins()) -> list[Floats]:
+def cropped(
+    scan: VehicleScan, regions: Regions, margins: CropMargins = CropMargins()
+) -> list[Floats]:
     """The points of a scan in each region.
 
     Args:

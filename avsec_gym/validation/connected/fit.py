@@ -17,9 +17,9 @@ from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.distance_thresholds import distance_threshold
 from avsec_gym.validation.connected.rays.decision import DecisionRule
-from avsec_gym.validation.connected.rays.fitting import Calibration
+from avsec_gym.validation.connected.rays.fitting import ScoreCalibration
 from avsec_gym.validation.connected.rays.rates import RayRates
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.scan_pattern import ScanPattern, scan_pattern
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
@@ -58,13 +58,13 @@ class ConnectedFit:
     pattern: ScanPattern
     data: Mapping[str, Any]
     rates: RayRates
-    margins: Margins
+    margins: WitnessMargins
     see_through: float
-    calibration: Calibration
+    calibration: ScoreCalibration
     clean_scores: tuple[float, ...]
     epsilon: float
     clean_distances: tuple[float, ...]
-    of_distance: Calibration
+    of_distance: ScoreCalibration
     rule: DecisionRule = field(default_factory=DecisionRule)
 
     def __post_init__(self) -> None:
@@ -188,13 +188,13 @@ def read_connected_fit(path: str | Path) -> ConnectedFit:
             _made(ScanPattern, content["pattern"]),
             dict(content["data"]),
             _made(RayRates, content["rates"]),
-            _made(Margins, content["margins"]),
+            _made(WitnessMargins, content["margins"]),
             _number(content["see_through"]),
-            _made(Calibration, content["calibration"]),
+            _made(ScoreCalibration, content["calibration"]),
             tuple(-np.inf if score is None else float(_number(score)) for score in scores),
             _number(content["epsilon"]),
             tuple(_number(distance) for distance in distances),
-            _made(Calibration, content["of_distance"]),
+            _made(ScoreCalibration, content["of_distance"]),
         )
         # What decides by it has checks of its own; what no fit can hold is the file's fault.
         fit.constants()

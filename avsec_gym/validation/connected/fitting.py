@@ -26,13 +26,13 @@ from avsec_gym.validation.connected.ground_epsilon import ground_epsilon
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.rays.decision import DecisionRule, decide
 from avsec_gym.validation.connected.rays.fitting import (
-    Calibration,
     LabelledCounts,
+    ScoreCalibration,
     fit_calibration,
     fit_rates,
 )
 from avsec_gym.validation.connected.rays.rates import RayRates
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.scan_pattern import ScanPattern, scan_pattern
 from avsec_gym.validation.connected.validator import ConnectedValidator
@@ -85,7 +85,7 @@ class FittedInstants:
     data: Mapping[str, Any] = field(default_factory=dict)
     proposer: RegionProposer = field(default_factory=ClusterProposer)
     attacks: tuple[InstantAttack, ...] = field(default_factory=lambda: _usual_attacks())
-    margins: Margins = field(default_factory=Margins)
+    margins: WitnessMargins = field(default_factory=WitnessMargins)
     seed: int = 0
 
 
@@ -217,9 +217,9 @@ def _labelled(
 
 def _fitted_scores(
     clean: list[NDArray[np.int64]], attacked: list[NDArray[np.int64]], rates: RayRates
-) -> tuple[float, Calibration]:
+) -> tuple[float, ScoreCalibration]:
     """How likely see-through things are, and the calibration, with the least logistic loss."""
-    best: tuple[float, float, Calibration] | None = None
+    best: tuple[float, float, ScoreCalibration] | None = None
     for see_through in _SEE_THROUGH:
         rule = DecisionRule(see_through=see_through)
         of_clean, of_attacked = (

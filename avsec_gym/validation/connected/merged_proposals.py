@@ -13,11 +13,11 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.accusation import lone_authors
 from avsec_gym.validation.connected.admission import admitted_proposals
 from avsec_gym.validation.connected.base_station import complete_set_of_regions
-from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.merging import regions_in_world, seen_from_above
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.validation.connected.traffic import MessageKind, Traffic
+from avsec_gym.validation.connected.traffic import MessageKind, SentMessages
 from avsec_gym.validation.connected.vehicle import RegionProposer, propose_regions
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
@@ -57,7 +57,10 @@ _OWN = (6.0, 2.8)
 
 
 def merge_proposals(
-    scans: Sequence[VehicleScan], proposer: RegionProposer, traffic: Traffic, budget: Budget | None
+    scans: Sequence[VehicleScan],
+    proposer: RegionProposer,
+    traffic: SentMessages,
+    budget: MessageBudget | None,
 ) -> MergedProposals:
     """Propose, send, admit, merge, distribute.
 

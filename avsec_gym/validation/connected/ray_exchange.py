@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.accusation import upheld_by_rays
 from avsec_gym.validation.connected.admission import admitted_counts
-from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import MergedProposals
 from avsec_gym.validation.connected.rays.claim_message import decode_claims, encode_claims
@@ -19,14 +19,14 @@ from avsec_gym.validation.connected.rays.claims import Claims, claim, claimed_la
 from avsec_gym.validation.connected.rays.decision import Decision, decide
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.rays.witness_counts import (
     count_rays,
     decode_counts,
     encode_counts,
 )
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.validation.connected.traffic import MessageKind, Traffic
+from avsec_gym.validation.connected.traffic import MessageKind, SentMessages
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 Motion = Callable[[Regions], Floats]
@@ -51,9 +51,9 @@ class Testimonies:
 def exchange_rays(
     scans: Sequence[VehicleScan],
     merged: MergedProposals,
-    margins: Margins,
-    traffic: Traffic,
-    budget: Budget,
+    margins: WitnessMargins,
+    traffic: SentMessages,
+    budget: MessageBudget,
     motions: Sequence[Motion] | None = None,
 ) -> Testimonies:
     """Claims of all, and how all others' rays support them.

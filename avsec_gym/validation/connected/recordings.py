@@ -8,7 +8,7 @@ from typing import Literal
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.sweep import Sweep
+from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from avsec_gym.world.export.connected_world import ConnectedWorld
 from avsec_gym.world.export.instants import ConnectedInstant, SensorVehicle
@@ -74,8 +74,8 @@ def recorded_instants(
         yield RecordedInstant(id, scans, truth, tuple(view.pose for view in views))
 
 
-def _sweep(vehicle: SensorVehicle, kind: str) -> Sweep:
+def _sweep(vehicle: SensorVehicle, kind: str) -> RollingSweep:
     """How the scans of a data set came about; a vehicle's odometry is taken to be exact."""
     if kind == "rolling":
-        return Sweep(vehicle.speed, vehicle.turn_rate)
-    return Sweep() if kind == "compensated" else Sweep(period=0.0)
+        return RollingSweep(vehicle.speed, vehicle.turn_rate)
+    return RollingSweep() if kind == "compensated" else RollingSweep(period=0.0)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.validation.connected.traffic import Traffic
+from avsec_gym.validation.connected.traffic import SentMessages
 
 AttackKind = Literal["ghost", "removal"]
 """Something is in a scan that is not there, or is missing from it that is."""
@@ -69,7 +69,7 @@ class ConnectedResult:
     ghost: Floats
     removal: Floats
     named: NDArray[np.int64]
-    traffic: Traffic
+    traffic: SentMessages
     counts: NDArray[np.int64] | None = None
     distances: Floats | None = None
 

@@ -20,7 +20,7 @@ from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import MergedProposals
 from avsec_gym.validation.connected.messages.crop_message import CropMessage
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
-from avsec_gym.validation.connected.traffic import MessageKind, Traffic
+from avsec_gym.validation.connected.traffic import MessageKind, SentMessages
 from avsec_gym.validation.connected.vehicle import scan_of_regions
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
@@ -44,7 +44,7 @@ def exchange_surfaces(
     scans: Sequence[VehicleScan],
     merged: MergedProposals,
     comparison: SurfaceComparison,
-    traffic: Traffic,
+    traffic: SentMessages,
 ) -> ComparedSurfaces:
     """Steps 3 to 5.
 

@@ -19,7 +19,7 @@ KITTI's sensor has two blocks of lasers, 0.2 and 0.13 m above its origin.
 
 
 @dataclass(frozen=True)
-class Sweep:
+class RollingSweep:
     """How a scan came about: rays leave one after the other while the head turns to the left.
 
     The scan's own time, to which its pose belongs, is that at which the head faces ahead; behind,

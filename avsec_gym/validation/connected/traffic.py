@@ -1,4 +1,4 @@
-"""`Traffic`: every message of an instant, with its bytes, what was refused, and the time of steps.
+"""`SentMessages`: all of an instant, with their bytes, what was refused, and the time of steps.
 
 In one process nothing is sent anywhere, but every message becomes bytes and is read back from
 them, so that what is counted is what would be sent, and what is decided is decided of what would
@@ -39,7 +39,7 @@ def sound_wire(kind: MessageKind, sender: int, content: bytes) -> list[bytes]:
     return [content]
 
 
-class Traffic:
+class SentMessages:
     """The messages of an instant.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.base_station import SurfaceComparison
-from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import merge_proposals
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
@@ -24,7 +24,7 @@ from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.surface_exchange import decide_by_surfaces, exchange_surfaces
 from avsec_gym.validation.connected.surfaces.delaunay import delaunay_mesh
 from avsec_gym.validation.connected.surfaces.mesh import Mesher
-from avsec_gym.validation.connected.traffic import Traffic, Wire, sound_wire
+from avsec_gym.validation.connected.traffic import SentMessages, Wire, sound_wire
 from avsec_gym.validation.connected.vehicle import RegionProposer
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
@@ -59,7 +59,7 @@ class ConnectedValidator:
     constants: ConnectedConstants = field(default_factory=ConnectedConstants)
     method: Method = "rays"
     proposer: RegionProposer = field(default_factory=ClusterProposer)
-    budget: Budget = field(default_factory=Budget)
+    budget: MessageBudget = field(default_factory=MessageBudget)
     mesher: Mesher = delaunay_mesh
 
     def __post_init__(self) -> None:
@@ -95,7 +95,7 @@ class ConnectedValidator:
         self, scans: Sequence[VehicleScan], id: str, wire: Wire, motions: Sequence[Motion] | None
     ) -> ConnectedResult:
         constants, budget = self.constants, self.budget
-        traffic = Traffic(len(scans), wire, budget.nbytes)
+        traffic = SentMessages(len(scans), wire, budget.nbytes)
         merged = merge_proposals(scans, self.proposer, traffic, budget)
         heard = exchange_rays(scans, merged, constants.margins, traffic, budget, motions)
         with traffic.step("decide"):
@@ -115,7 +115,7 @@ class ConnectedValidator:
         )
 
     def _by_surfaces(self, scans: Sequence[VehicleScan], id: str, wire: Wire) -> ConnectedResult:
-        traffic = Traffic(len(scans), wire)
+        traffic = SentMessages(len(scans), wire)
         merged = merge_proposals(scans, self.proposer, traffic, None)
         comparison = SurfaceComparison(self.mesher, self.constants.epsilon)
         compared = exchange_surfaces(scans, merged, comparison, traffic)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from avsec_gym.frame import Points
-from avsec_gym.validation.connected.cropping import Margins, cropped, mirrored
+from avsec_gym.validation.connected.cropping import CropMargins, cropped, mirrored
 from avsec_gym.validation.connected.merging import regions_in_world
 from avsec_gym.validation.connected.messages.crop_message import CropMessage
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
@@ -28,7 +28,10 @@ def propose_regions(number: int, scan: VehicleScan, proposer: RegionProposer) ->
 
 
 def scan_of_regions(
-    number: int, scan: VehicleScan, complete_set: RegionMessage, margins: Margins = Margins()
+    number: int,
+    scan: VehicleScan,
+    complete_set: RegionMessage,
+    margins: CropMargins = CropMargins(),
 ) -> CropMessage:
     """Step 3: the vehicle's scan of every region of the complete set, mirrored.
 

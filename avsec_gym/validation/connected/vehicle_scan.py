@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats, transform_points
-from avsec_gym.validation.connected.sweep import Sweep
+from avsec_gym.validation.connected.sweep import RollingSweep
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class VehicleScan:
     points: NDArray[np.float32]
     pose: Floats
     time: float = 0.0
-    sweep: Sweep = field(default_factory=Sweep)
+    sweep: RollingSweep = field(default_factory=RollingSweep)
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 4:
@@ -63,7 +63,7 @@ class VehicleScan:
             return self
         places, _ = self.sweep.compensated(self.points)
         points = np.c_[places, self.points[:, 3]].astype(np.float32)
-        return VehicleScan(points, self.pose, self.time, Sweep(period=self.sweep.period))
+        return VehicleScan(points, self.pose, self.time, RollingSweep(period=self.sweep.period))
 
     def with_points(self, points: NDArray[np.float32]) -> VehicleScan:
         """The same scan of other points, such as tampered ones."""

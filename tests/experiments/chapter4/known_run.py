@@ -20,7 +20,7 @@ from avsec_gym.experiments.chapter4.settings import (
     JUDGED,
     METHODS,
     USUAL,
-    Condition,
+    ConnectedCondition,
 )
 from avsec_gym.runs.experiment import Measurement
 
@@ -82,7 +82,7 @@ def attacked(number: int) -> MeasuredState:
     )
 
 
-def known_rows(places: int, condition: Condition = USUAL) -> list[Measurement]:
+def known_rows(places: int, condition: ConnectedCondition = USUAL) -> list[Measurement]:
     """Of so many places of each part."""
     rows = []
     for number in range(places):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.experiments.chapter4.procedural_instants import ScannedPlace
-from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, Condition
+from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, ConnectedCondition
 from avsec_gym.rig import kitti_rig, resized_rig
 from avsec_gym.validation.connected.recordings import recorded_instants
 from avsec_gym.world.assets import Assets
@@ -19,7 +19,7 @@ from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.export.suites import suite_recipe
 
 pytestmark = pytest.mark.slow
-NOISY = Condition(0.2, 0.1, 2)
+NOISY = ConnectedCondition(0.2, 0.1, 2)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,9 @@ def test_an_instant_is_that_of_the_data_set(place: ScannedPlace, tmp_path: Path)
 
 
 def test_errors_of_poses_are_one_draw_scaled(place: ScannedPlace) -> None:
-    exact, small, large = (place.instant(Condition(noise, 0.0, 2)) for noise in (0.0, 0.2, 0.5))
+    exact, small, large = (
+        place.instant(ConnectedCondition(noise, 0.0, 2)) for noise in (0.0, 0.2, 0.5)
+    )
     for vehicle in range(2):
         true = exact.true_pose(vehicle)
         np.testing.assert_array_equal(exact.scans[vehicle].pose, true)
@@ -61,7 +63,7 @@ def test_errors_of_poses_are_one_draw_scaled(place: ScannedPlace) -> None:
 
 
 def test_fewer_vehicles_are_the_first_ones(place: ScannedPlace) -> None:
-    both, first = place.instant(NOISY), place.instant(Condition(0.2, 0.1, 1))
+    both, first = place.instant(NOISY), place.instant(ConnectedCondition(0.2, 0.1, 1))
     assert len(both.scans) == 2
     [only] = first.scans
     np.testing.assert_array_equal(only.points, both.scans[0].points)

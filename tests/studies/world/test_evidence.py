@@ -24,7 +24,7 @@ def test_real_frames_must_be_named(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.slow
 def test_rows_are_kept_and_more_frames_continue_them(tmp_path: Path) -> None:
-    def rows(count: int) -> list[labels.FrameLabels]:
+    def rows(count: int) -> list[labels.LabelRow]:
         recipe = MeasuredFrames(SuiteScenes(), count, (labels.measure,), images=False)
         return measured(recipe, workers=1, rows=tmp_path).of(labels.measure)
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from avsec_gym.world.layouts import generate_layouts
-from studies.world.labels import COMPARED, FrameLabels, boxes_of, compare, summary
+from studies.world.labels import COMPARED, LabelRow, boxes_of, compare, summary
 from studies.world.layout_quantities import Sample
 
 _NUMBERS = ("location", "dimensions", "rotation_y", "box2d", "truncation", "occlusion", "alpha")
 
 
-def rows(seed: int, count: int = 60) -> list[FrameLabels]:
+def rows(seed: int, count: int = 60) -> list[LabelRow]:
     return [
-        FrameLabels(
+        LabelRow(
             **{name: getattr(layout.boxes, name).tolist() for name in _NUMBERS},
             category=layout.boxes.category.tolist(),
         )

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from avsec_gym.rig import kitti_rig
-from studies.world.stereo import MatchedPair, RenderedPair, compare, match, scan_disparity, summary
+from studies.world.stereo import (
+    MatcherErrors,
+    RenderedPair,
+    compare,
+    match,
+    scan_disparity,
+    summary,
+)
 
 
 def test_a_shifted_texture_is_matched_to_its_shift() -> None:
@@ -48,7 +55,7 @@ def test_the_nearest_point_of_a_pixel_wins_and_says_its_disparity() -> None:
 
 
 def test_summary_of_pairs_without_truth_is_unknown_not_perfect() -> None:
-    pair = MatchedPair(None, None, 0.9, None, None, 0)
+    pair = MatcherErrors(None, None, 0.9, None, None, 0)
     result = summary([RenderedPair(pair, pair)], {})
     assert result.lidar.wrong.p50 is None
     assert result.lidar.filled.p50 == pytest.approx(0.9)

@@ -45,7 +45,7 @@ from avsec_gym.validation.connected.rays.witness import (
     MISSING,
     SUPPORT,
     THROUGH,
-    Margins,
+    WitnessMargins,
     outcomes,
 )
 from avsec_gym.validation.connected.rays.witness_counts import (
@@ -162,7 +162,7 @@ def _contradiction(honest: list[Observer], region: Regions) -> float:
     return float((counts[..., THROUGH] - 2 * counts[..., SUPPORT]).max())
 
 
-_MARGINS = Margins(fastest=0.0, resolved=200.0)
+_MARGINS = WitnessMargins(fastest=0.0, resolved=200.0)
 """Those against which the liar was searched; the usual ones contradict less readily."""
 _FOUND = (
     (5.78, -4.99, -0.41, 1.09, 5.32, 0.63, 3.7),

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.validation.connected.cropping import Margins, cropped, mirrored
+from avsec_gym.validation.connected.cropping import CropMargins, cropped, mirrored
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
@@ -28,7 +28,7 @@ def test_crops_are_those_of_the_boxes(seed: int) -> None:
         random.uniform(1, 8, (5, 3)),
         random.uniform(-4, 4, 5),
     )
-    crops = cropped(scan, regions, Margins(0.5, 0.0, 0.2))
+    crops = cropped(scan, regions, CropMargins(0.5, 0.0, 0.2))
     grown = regions.grown(0.5, 0.2)
     world = scan.in_world()
     assert len(crops) == 5
@@ -52,4 +52,4 @@ def test_no_regions_and_no_points_have_no_crops() -> None:
     one = Regions(np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1))
     assert [crop.shape for crop in cropped(scan, one)] == [(0, 3)]
     with pytest.raises(ConfigurationError):
-        Margins(-1.0)
+        CropMargins(-1.0)

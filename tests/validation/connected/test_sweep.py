@@ -6,7 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.validation.connected.sweep import Sweep, from_scan_time, ray_time, to_scan_time
+from avsec_gym.validation.connected.sweep import (
+    RollingSweep,
+    from_scan_time,
+    ray_time,
+    to_scan_time,
+)
 
 _COORDINATE = st.floats(-80, 80)
 
@@ -14,7 +19,7 @@ _COORDINATE = st.floats(-80, 80)
 def test_a_wall_seen_late_on_the_left_lies_behind_where_the_vehicle_sees_it() -> None:
     # Left after a quarter of a turn of 0.1 s, at 20 m/s: half a metre on.
     points = np.array([[0.0, 10.0, 1.0, 0.5]], np.float32)
-    places, seconds = Sweep(20.0).compensated(points)
+    places, seconds = RollingSweep(20.0).compensated(points)
     assert seconds[0] == pytest.approx(0.025)
     assert places[0].tolist() == pytest.approx([0.5, 10.0, 1.0])
 
@@ -44,4 +49,4 @@ def test_a_circle_closes() -> None:
 @pytest.mark.parametrize("wrong", [(np.nan, 0.0, 0.1), (0.0, np.inf, 0.1), (0.0, 0.0, -0.1)])
 def test_what_is_no_sweep_is_refused(wrong: tuple[float, float, float]) -> None:
     with pytest.raises(ConfigurationError):
-        Sweep(*wrong)
+        RollingSweep(*wrong)

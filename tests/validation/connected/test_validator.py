@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.validation.connected.budget import Budget
+from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
@@ -109,7 +109,7 @@ def test_what_is_counted_is_what_is_sent(ghost: list[VehicleScan]) -> None:
 
 
 def test_a_small_budget_is_kept_and_still_names(ghost: list[VehicleScan]) -> None:
-    result = ConnectedValidator(budget=Budget(nbytes=256)).validate(ghost)
+    result = ConnectedValidator(budget=MessageBudget(nbytes=256)).validate(ghost)
     assert max(result.bytes_of_vehicles) <= 256
     assert not result.traffic.refused
     assert result.accused == (_VICTIM,)
@@ -241,6 +241,6 @@ def test_bad_arguments_are_named(clean: list[VehicleScan]) -> None:
     with pytest.raises(DataError, match="two or more"):
         ConnectedValidator().validate(clean[:1])
     with pytest.raises(ConfigurationError, match="256 bytes"):
-        Budget(nbytes=10)
+        MessageBudget(nbytes=10)
     with pytest.raises(ConfigurationError, match="distances"):
         ConnectedConstants(theta=float("nan"))

@@ -36,7 +36,7 @@ from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
-    DriveRow,
+    EpisodeRow,
     Experiment,
     Measurement,
 )
@@ -148,7 +148,7 @@ class DefendedDrives:
                 else float(status == SensorStatus.ATTACKED)
             )
             measurements.append(Measurement(attack, recorded.id, f"named {sensor}", named))
-        drives: list[DriveRow] = []
+        drives: list[EpisodeRow] = []
         for detector in self._detectors(clean, scene, tampered):
             undefended = self._pipeline(detector)
             seen = undefended.perceive(tampered.frame)
@@ -201,9 +201,9 @@ class DefendedDrives:
 
 def _driven(
     pipeline: Pipeline, scene: Scene, believed: Perception, setting: str
-) -> Iterator[DriveRow]:
+) -> Iterator[EpisodeRow]:
     for intention in Intention:
-        yield DriveRow(setting, pipeline.run_episode(scene, believed, intention).record)
+        yield EpisodeRow(setting, pipeline.run_episode(scene, believed, intention).record)
 
 
 DEFENCE = Experiment(

@@ -76,7 +76,7 @@ class ProbabilityCalibration:
 
 
 @dataclass(frozen=True)
-class Calibration:
+class LikelihoodCalibration:
     """How often `LikelihoodValidator` is right.
 
     Args:
@@ -95,7 +95,7 @@ class Calibration:
     all_alike: ProbabilityCalibration
 
 
-def calibration(model: LikelihoodModel, judged: EvidenceTable) -> Calibration:
+def calibration(model: LikelihoodModel, judged: EvidenceTable) -> LikelihoodCalibration:
     """How often `LikelihoodValidator` is right, by its default rule, rate and prior.
 
     Args:
@@ -121,7 +121,7 @@ def calibration(model: LikelihoodModel, judged: EvidenceTable) -> Calibration:
             all_right=share_of(right[:, chosen].all(axis=2), drives),
             alarms=share_of(alarms[:, chosen], drives),
         )
-    return Calibration(
+    return LikelihoodCalibration(
         rate,
         certainty,
         statuses,

@@ -12,7 +12,7 @@ from avsec_gym.drawing.page_plots import Point, band, drawing, marker, polyline
 from avsec_gym.drawing.page_table import number
 from avsec_gym.drawing.small_panel import HEIGHT, WIDTH, Y_ENDS, panel_axes, panel_frame
 from avsec_gym.experiments.chapter3.identification.calibration import (
-    Calibration,
+    LikelihoodCalibration,
     ReliabilityPoint,
 )
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
@@ -134,7 +134,7 @@ def _reference_figure(rows: Sequence[ReferenceDistribution]) -> Figure:
     return Figure(title, panels, legend, columns=5, note=" ".join(notes))
 
 
-def _reliability_figure(calibration: Calibration) -> Figure:
+def _reliability_figure(calibration: LikelihoodCalibration) -> Figure:
     return Figure(
         "Are the probabilities calibrated? Share of sensors that were attacked, %",
         [

@@ -10,7 +10,10 @@ from typing import Any
 from avsec_gym.experiments.chapter3.attacks import BEYOND
 from avsec_gym.experiments.chapter3.identification.adaptive_rates import AdaptiveRow, adaptive_rates
 from avsec_gym.experiments.chapter3.identification.beyond_rates import BeyondRow, beyond_rates
-from avsec_gym.experiments.chapter3.identification.calibration import Calibration, calibration
+from avsec_gym.experiments.chapter3.identification.calibration import (
+    LikelihoodCalibration,
+    calibration,
+)
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
     DetectionRateRow,
     detection_rates,
@@ -99,7 +102,7 @@ class ValidationSummary:
     identification: Sequence[MethodRates]
     independent: Sequence[IdentificationRates]
     unseen: Unseen | None
-    calibration: Calibration
+    calibration: LikelihoodCalibration
     beyond: Sequence[BeyondRow]
     adaptive_attacks: Sequence[AdaptiveRow]
     case_distributions: Sequence[CaseDistribution]

@@ -17,7 +17,7 @@ from avsec_gym.experiments.chapter3.identification.adaptive_attacks import (
 )
 from avsec_gym.experiments.chapter3.identification.adaptive_rates import AdaptiveRow
 from avsec_gym.experiments.chapter3.identification.beyond_rates import BeyondRow
-from avsec_gym.experiments.chapter3.identification.calibration import Calibration
+from avsec_gym.experiments.chapter3.identification.calibration import LikelihoodCalibration
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
     CaseRates,
     DetectionRateRow,
@@ -293,7 +293,7 @@ def _adaptive_table(rows: Sequence[AdaptiveRow]) -> Table:
     )
 
 
-def _calibration_table(calibration: Calibration) -> Table:
+def _calibration_table(calibration: LikelihoodCalibration) -> Table:
     lines = [
         [
             name(count),

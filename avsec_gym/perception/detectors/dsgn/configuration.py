@@ -9,7 +9,7 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-from avsec_gym.perception.detectors.dsgn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.dsgn.decoding_rule import DsgnDecodingRule
 from avsec_gym.perception.detectors.dsgn.grid import (
     CAR,
     CYCLIST,
@@ -108,7 +108,7 @@ class DsgnConfiguration:
     object_pixels: float = 1.0
     """In the cross entropy: weight of a pixel on an object that is learned; all others have 1."""
 
-    rule: DecodingRule = field(default_factory=DecodingRule)
+    rule: DsgnDecodingRule = field(default_factory=DsgnDecodingRule)
     """Which anchors become boxes."""
 
     def __post_init__(self) -> None:
@@ -223,7 +223,7 @@ FIRST_SMALL = DsgnConfiguration(
     view_channels=48,
     anchors=(CAR,),
     # By average precision on the validation suite: 0.6 leaves doubles, below 0.3 little changes.
-    rule=DecodingRule(most_overlap=0.2),
+    rule=DsgnDecodingRule(most_overlap=0.2),
 )
 """Of the first edition, 2026, for the weights that were trained for it."""
 
@@ -245,7 +245,7 @@ _SMALL = replace(
     depth_loss="planes",
     object_pixels=8.0,
     # By average precision on 100 validation frames; with votes from 0.3 on, six points less.
-    rule=DecodingRule(most_overlap=0.3, voting_overlap=0.7, fit_share=0.5),
+    rule=DsgnDecodingRule(most_overlap=0.3, voting_overlap=0.7, fit_share=0.5),
 )
 _MEDIUM = replace(
     _SMALL,

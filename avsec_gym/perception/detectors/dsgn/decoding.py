@@ -14,7 +14,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats, project, wrap_angle
 from avsec_gym.perception.detectors.dsgn.anchors import boxes_of_corners, corners_of_boxes
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
-from avsec_gym.perception.detectors.dsgn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.dsgn.decoding_rule import DsgnDecodingRule
 from avsec_gym.perception.detectors.dsgn.network import DsgnOutput
 from avsec_gym.perception.nn.box_voting import voted_boxes
 from avsec_gym.perception.nn.rotated_nms import rotated_nms
@@ -28,7 +28,7 @@ def decode(
     configuration: DsgnConfiguration,
     projections: Floats,
     size: tuple[int, int],
-    rule: DecodingRule = DecodingRule(),
+    rule: DsgnDecodingRule = DsgnDecodingRule(),
 ) -> list[Boxes3D]:
     """The boxes of each pair, best score first, with `box2d` and `alpha`.
 
@@ -76,7 +76,7 @@ def _candidates(
     allowed: Tensor,
     output: DsgnOutput,
     configuration: DsgnConfiguration,
-    rule: DecodingRule,
+    rule: DsgnDecodingRule,
 ) -> _Candidates:
     places = allowed.nonzero(as_tuple=True)
     best = torch.argsort(scores[places], descending=True, stable=True)[: rule.candidates]
@@ -103,7 +103,7 @@ def _boxes(
     configuration: DsgnConfiguration,
     projection: Floats,
     size: tuple[int, int],
-    rule: DecodingRule,
+    rule: DsgnDecodingRule,
 ) -> Boxes3D:
     """What stays of the candidates, voted on where the rule asks for it."""
     location, dimensions, rotation_y = (

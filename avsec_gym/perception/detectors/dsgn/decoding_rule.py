@@ -1,4 +1,4 @@
-"""`DecodingRule`: which of DSGN's anchors become boxes."""
+"""`DsgnDecodingRule`: which of DSGN's anchors become boxes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from avsec_gym.errors import ConfigurationError
 
 
 @dataclass(frozen=True)
-class DecodingRule:
+class DsgnDecodingRule:
     """Which anchors become boxes; the defaults are those of the original car detector.
 
     Raises:

@@ -17,7 +17,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.decoding import decode
-from avsec_gym.perception.detectors.dsgn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.dsgn.decoding_rule import DsgnDecodingRule
 from avsec_gym.perception.detectors.dsgn.depth_losses import depth_loss, on_objects, plane_loss
 from avsec_gym.perception.detectors.dsgn.editions import preset_of_weights
 from avsec_gym.perception.detectors.dsgn.fit import fit_loss
@@ -79,9 +79,9 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
         configuration: DsgnConfiguration | str = "small",
         weights: Weights = None,
         categories: Sequence[str] = ("Car",),
-        rule: DecodingRule | None = None,
+        rule: DsgnDecodingRule | None = None,
     ) -> None:
-        given_rule = instance_or_none("rule", rule, DecodingRule)
+        given_rule = instance_or_none("rule", rule, DsgnDecodingRule)
         preset = configuration if isinstance(configuration, str) else "small"
         if isinstance(configuration, str):
             DsgnConfiguration.preset(configuration)

@@ -9,14 +9,14 @@ from torch import Tensor
 
 from avsec_gym.argument_checks import instance_of, instance_or_none, seed_number
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.perception.detectors.box_selection import Selected, SelectionRule, select
+from avsec_gym.perception.detectors.box_selection import SelectedBoxes, SelectionRule, select
 from avsec_gym.perception.detectors.faster_rcnn.configuration import FasterRcnnConfiguration
 from avsec_gym.perception.detectors.faster_rcnn.losses import detection_terms
 from avsec_gym.perception.detectors.faster_rcnn.network import FasterRcnnNetwork
 from avsec_gym.perception.detectors.faster_rcnn.region_proposals import RpnOutput
 from avsec_gym.perception.detectors.faster_rcnn.targets import (
     BOX_DEVIATIONS,
-    Sampling,
+    RegionSampling,
     draw_sampling,
 )
 from avsec_gym.perception.detectors.image_network_detector import ImageNetworkDetector
@@ -64,7 +64,7 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         self.sample = given_sample or (_SMALL_SAMPLE if is_small else _PUBLISHED_SAMPLE)
 
     def losses(
-        self, images: Tensor, truth: Sequence[Boxes3D], sampling: Sampling | None = None
+        self, images: Tensor, truth: Sequence[Boxes3D], sampling: RegionSampling | None = None
     ) -> dict[str, Tensor]:
         """The four terms; see `DifferentiableImageDetector.losses`.
 
@@ -78,13 +78,13 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         return detection_terms(rpn, self.network.box_head(pyramid, sampling.regions), sampling)
 
     @torch.no_grad()
-    def draw(self, images: Tensor, truth: Sequence[Boxes3D]) -> Sampling:
+    def draw(self, images: Tensor, truth: Sequence[Boxes3D]) -> RegionSampling:
         """The proposals, samples and targets that `losses` would take for these pixels."""
         return self._run(images, truth, None)[2]
 
     def _run(
-        self, images: Tensor, truth: Sequence[Boxes3D], sampling: Sampling | None
-    ) -> tuple[FeaturePyramid, RpnOutput, Sampling]:
+        self, images: Tensor, truth: Sequence[Boxes3D], sampling: RegionSampling | None
+    ) -> tuple[FeaturePyramid, RpnOutput, RegionSampling]:
         inputs = self.prepare(images)
         pyramid = self.network.features(inputs)
         rpn: RpnOutput = self.network.rpn(pyramid)
@@ -96,7 +96,7 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
             sampling = draw_sampling(rpn, proposals, truths, self.sample, own)
         return pyramid, rpn, sampling
 
-    def _found(self, inputs: Tensor) -> list[Selected]:
+    def _found(self, inputs: Tensor) -> list[SelectedBoxes]:
         _, proposals, output = self.network(inputs)
         deltas = output.deltas * output.deltas.new_tensor(BOX_DEVIATIONS)
         boxes = decode_boxes(proposals.regions[:, :, None], deltas)

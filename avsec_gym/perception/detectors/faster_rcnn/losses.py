@@ -6,9 +6,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from avsec_gym.perception.detectors.faster_rcnn.network import BoxOutput
+from avsec_gym.perception.detectors.faster_rcnn.network import RegionBoxOutput
 from avsec_gym.perception.detectors.faster_rcnn.region_proposals import RpnOutput
-from avsec_gym.perception.detectors.faster_rcnn.targets import Sampling
+from avsec_gym.perception.detectors.faster_rcnn.targets import RegionSampling
 
 TERMS = ("rpn_class", "rpn_box", "class", "box")
 
@@ -16,7 +16,9 @@ _RPN_BEND = 1 / 9
 """Where smooth L1 turns from a parabola into a line; 1 in the box head."""
 
 
-def detection_terms(rpn: RpnOutput, boxes: BoxOutput, sampling: Sampling) -> dict[str, Tensor]:
+def detection_terms(
+    rpn: RpnOutput, boxes: RegionBoxOutput, sampling: RegionSampling
+) -> dict[str, Tensor]:
     """The terms by name as in `TERMS`; all have weight 1.
 
     Args:

@@ -10,8 +10,8 @@ from torch import Tensor, nn
 
 from avsec_gym.perception.detectors.faster_rcnn.configuration import FasterRcnnConfiguration
 from avsec_gym.perception.detectors.faster_rcnn.region_proposals import (
-    Proposals,
     RegionProposalNetwork,
+    RegionProposals,
     RpnOutput,
     propose,
 )
@@ -26,7 +26,7 @@ _CANONICAL_LEVEL = 4
 
 
 @dataclass(frozen=True, eq=False)
-class BoxOutput:
+class RegionBoxOutput:
     """Of the box head, for N regions of each of B images and K classes (0 is the background).
 
     Args:
@@ -68,7 +68,7 @@ class FasterRcnnNetwork(nn.Module):
         _initialise(self)
         self.train()
 
-    def forward(self, images: Tensor) -> tuple[RpnOutput, Proposals, BoxOutput]:
+    def forward(self, images: Tensor) -> tuple[RpnOutput, RegionProposals, RegionBoxOutput]:
         """Everything about B normalised images (B, 3, H, W)."""
         pyramid = self.features(images)
         rpn: RpnOutput = self.rpn(pyramid)
@@ -84,20 +84,20 @@ class FasterRcnnNetwork(nn.Module):
             levels.append(features)
         return FeaturePyramid(self.pyramid(levels[1:]), images.shape[-2], images.shape[-1])
 
-    def propose(self, output: RpnOutput) -> Proposals:
+    def propose(self, output: RpnOutput) -> RegionProposals:
         """Regions, more of them in training; without gradient."""
         numbers = self.configuration
         count = numbers.training_proposals if self.training else numbers.test_proposals
         return propose(output, count, numbers.proposal_overlap, numbers.least_side)
 
-    def box_head(self, pyramid: FeaturePyramid, regions: Tensor) -> BoxOutput:
+    def box_head(self, pyramid: FeaturePyramid, regions: Tensor) -> RegionBoxOutput:
         """Class and box for regions (B, N, 4), pixels."""
         numbers = self.configuration
         levels = region_levels(regions.detach().reshape(-1, 4), numbers.canonical_size)
         pooled = pooled_regions(pyramid, regions, levels, BINS, numbers.sampling_ratio)
         hidden = self.box_trunk(pooled.flatten(1)).unflatten(0, regions.shape[:2])
         deltas = self.box_deltas(hidden).unflatten(-1, (numbers.classes, 4))
-        return BoxOutput(self.class_logits(hidden), deltas)
+        return RegionBoxOutput(self.class_logits(hidden), deltas)
 
     def train(self, mode: bool = True) -> Self:
         """As `torch.nn.Module.train`, but freezes (again) what the configuration has frozen."""

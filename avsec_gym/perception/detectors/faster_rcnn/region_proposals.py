@@ -36,7 +36,7 @@ class RpnOutput:
 
 
 @dataclass(frozen=True, eq=False)
-class Proposals:
+class RegionProposals:
     """N regions of each of B images, best first, filled up with zeros.
 
     Args:
@@ -82,7 +82,7 @@ class RegionProposalNetwork(nn.Module):
 @torch.no_grad()
 def propose(
     output: RpnOutput, count: ProposalCount, overlap: float, least_side: float = 0.0
-) -> Proposals:
+) -> RegionProposals:
     """The best regions that survive suppression; no gradient passes.
 
     Args:
@@ -102,4 +102,4 @@ def propose(
         kept = boxes[surviving(boxes, overlap)][: count.after]
         regions[image, : len(kept)] = kept
         valid[image, : len(kept)] = True
-    return Proposals(regions, valid)
+    return RegionProposals(regions, valid)

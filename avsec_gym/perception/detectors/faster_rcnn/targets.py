@@ -1,7 +1,8 @@
 """What the network should have said: sampled anchors and regions and their targets.
 
-A `Sampling` holds every choice that is not differentiable (which anchors, which regions, which
-object each belongs to), so that with one of them fixed the loss is a function of the pixels alone.
+A `RegionSampling` holds every choice that is not differentiable (which anchors, which regions,
+which object each belongs to), so that with one of them fixed the loss is a function of the pixels
+alone.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from avsec_gym.perception.detectors.faster_rcnn.region_proposals import Proposals, RpnOutput
+from avsec_gym.perception.detectors.faster_rcnn.region_proposals import RegionProposals, RpnOutput
 from avsec_gym.perception.detectors.image_truth import ImageTruth
 from avsec_gym.perception.nn.box_coding import encode_boxes, overlaps
 from avsec_gym.perception.nn.region_counts import SampleCount
@@ -29,7 +30,7 @@ _REGION_OVERLAP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Sampling:
+class RegionSampling:
     """Of B images with A anchors and R sampled regions each.
 
     Args:
@@ -50,11 +51,11 @@ class Sampling:
 @torch.no_grad()
 def draw_sampling(
     rpn: RpnOutput,
-    proposals: Proposals,
+    proposals: RegionProposals,
     truths: Sequence[ImageTruth],
     count: SampleCount,
     generator: torch.Generator | None,
-) -> Sampling:
+) -> RegionSampling:
     """Sampled targets for a batch.
 
     Args:
@@ -72,7 +73,7 @@ def draw_sampling(
             _anchor_targets(rpn, truth, count, generator)
             + _region_targets(regions, truth, count, generator)
         )
-    return Sampling(*(torch.stack(column) for column in zip(*rows, strict=True)))
+    return RegionSampling(*(torch.stack(column) for column in zip(*rows, strict=True)))
 
 
 def _anchor_targets(
@@ -89,7 +90,7 @@ def _anchor_targets(
 def _region_targets(
     regions: Tensor, truth: ImageTruth, count: SampleCount, generator: torch.Generator | None
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Regions, labels and targets as in `Sampling`."""
+    """Regions, labels and targets as in `RegionSampling`."""
     true = torch.zeros(len(regions), dtype=torch.bool, device=regions.device)
     owner = torch.zeros(len(regions), dtype=torch.long, device=regions.device)
     if len(truth.boxes):

@@ -15,7 +15,7 @@ from avsec_gym.perception.nn.rotated_nms import rotated_nms
 
 
 @dataclass(frozen=True)
-class DecodingRule:
+class PixorDecodingRule:
     """Which cells become objects; the defaults are those of the public code."""
 
     least_score: float = 0.05
@@ -32,7 +32,9 @@ class DecodingRule:
 
 
 def found_rectangles(
-    output: PixorOutput, configuration: PixorConfiguration, rule: DecodingRule = DecodingRule()
+    output: PixorOutput,
+    configuration: PixorConfiguration,
+    rule: PixorDecodingRule = PixorDecodingRule(),
 ) -> list[tuple[Floats, Floats]]:
     """The objects of each scan, best score first.
 

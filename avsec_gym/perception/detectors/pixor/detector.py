@@ -11,13 +11,13 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.detectors.pixor.bird_eye_input import bird_eye_input
 from avsec_gym.perception.detectors.pixor.configuration import PixorConfiguration
-from avsec_gym.perception.detectors.pixor.decoding import DecodingRule, found_rectangles
+from avsec_gym.perception.detectors.pixor.decoding import PixorDecodingRule, found_rectangles
 from avsec_gym.perception.detectors.pixor.network import PixorNetwork
 from avsec_gym.perception.detectors.pixor.upright_boxes import ground_heights, upright_boxes
 from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.weights.given import Weights, check_weights
 
-_SMALL_RULE = DecodingRule(candidates=512)
+_SMALL_RULE = PixorDecodingRule(candidates=512)
 """A near car has fifty cells: 64 may all be of the surest two."""
 
 
@@ -45,14 +45,14 @@ class PixorDetector(NetworkDetector[PixorConfiguration, PixorNetwork]):
         self,
         configuration: PixorConfiguration | str = "small",
         weights: Weights = None,
-        rule: DecodingRule | None = None,
+        rule: PixorDecodingRule | None = None,
     ) -> None:
-        given_rule = instance_or_none("rule", rule, DecodingRule)
+        given_rule = instance_or_none("rule", rule, PixorDecodingRule)
         configuration, preset = chosen_configuration(PixorConfiguration, configuration)
         check_weights(weights, f"{self.name}_{preset}")
         super().__init__(configuration, PixorNetwork(configuration), weights, preset)
         published = configuration == PixorConfiguration.preset("default")
-        self.rule = given_rule or (DecodingRule() if published else _SMALL_RULE)
+        self.rule = given_rule or (PixorDecodingRule() if published else _SMALL_RULE)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `alpha`.

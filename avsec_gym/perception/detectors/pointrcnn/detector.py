@@ -18,14 +18,18 @@ from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
 from avsec_gym.perception.detectors.pointrcnn.network import PointRcnnNetwork
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view, sampled_points
-from avsec_gym.perception.detectors.pointrcnn.proposals import Proposals, from_above, refined_boxes
+from avsec_gym.perception.detectors.pointrcnn.proposals import (
+    ScanProposals,
+    from_above,
+    refined_boxes,
+)
 from avsec_gym.perception.nn.rotated_nms import rotated_nms
 from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.weights.given import Weights, check_weights
 
 
 @dataclass(frozen=True)
-class DecodingRule:
+class PointRcnnDecodingRule:
     """Which refined boxes become objects; the defaults are those of the public code."""
 
     least_score: float = 0.3
@@ -37,7 +41,7 @@ class DecodingRule:
             raise ConfigurationError(f"scores and overlaps are shares, got {self}")
 
 
-_SMALL_RULE = DecodingRule(least_score=0.05)
+_SMALL_RULE = PointRcnnDecodingRule(least_score=0.05)
 """Users choose their own thresholds; average precision asks for all."""
 
 
@@ -65,14 +69,14 @@ class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork
         self,
         configuration: PointRcnnConfiguration | str = "small",
         weights: Weights = None,
-        rule: DecodingRule | None = None,
+        rule: PointRcnnDecodingRule | None = None,
     ) -> None:
-        given_rule = instance_or_none("rule", rule, DecodingRule)
+        given_rule = instance_or_none("rule", rule, PointRcnnDecodingRule)
         configuration, preset = chosen_configuration(PointRcnnConfiguration, configuration)
         check_weights(weights, f"{self.name}_{preset}")
         super().__init__(configuration, PointRcnnNetwork(configuration), weights, preset)
         published = configuration == PointRcnnConfiguration.preset("default")
-        self.rule = given_rule or (DecodingRule() if published else _SMALL_RULE)
+        self.rule = given_rule or (PointRcnnDecodingRule() if published else _SMALL_RULE)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `alpha`; the score is the confidence.
@@ -117,7 +121,7 @@ class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork
         points = torch.from_numpy(sampled_points(places, view))[None]
         return points.to(next(self.network.parameters()))
 
-    def _proposed(self, proposed: Proposals, frame: SensorFrame) -> Boxes3D:
+    def _proposed(self, proposed: ScanProposals, frame: SensorFrame) -> Boxes3D:
         return self._boxes(proposed.boxes, proposed.scores.double().cpu().numpy(), frame)
 
     def _boxes(self, rows: Tensor, scores: Floats, frame: SensorFrame) -> Boxes3D:

@@ -8,7 +8,7 @@ from torch import Tensor, nn
 
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
 from avsec_gym.perception.detectors.pointrcnn.proposal_network import PointOutput, ProposalNetwork
-from avsec_gym.perception.detectors.pointrcnn.proposals import Proposals, proposals
+from avsec_gym.perception.detectors.pointrcnn.proposals import ScanProposals, proposals
 from avsec_gym.perception.detectors.pointrcnn.refinement_network import (
     RefinementNetwork,
     RefinementOutput,
@@ -27,7 +27,7 @@ class PointRcnnOutput:
     """
 
     points: PointOutput
-    proposals: list[Proposals]
+    proposals: list[ScanProposals]
     refinement: RefinementOutput
 
 
@@ -48,7 +48,7 @@ class PointRcnnNetwork(nn.Module):
         regions = region_points(output, boxes, self.configuration)
         return PointRcnnOutput(output, proposed, self.rcnn_net(regions))
 
-    def propose(self, output: PointOutput) -> list[Proposals]:
+    def propose(self, output: PointOutput) -> list[ScanProposals]:
         """Proposals of each scan, more of them in training."""
         configuration = self.configuration
         rule = configuration.training_proposals if self.training else configuration.proposals

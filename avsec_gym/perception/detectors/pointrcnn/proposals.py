@@ -21,7 +21,7 @@ _SMALLEST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Proposals:
+class ScanProposals:
     """Of one scan, best score first.
 
     Args:
@@ -34,7 +34,7 @@ class Proposals:
 
 
 @torch.no_grad()
-def proposals(output: PointOutput, coding: BinCoding, rule: ProposalRule) -> list[Proposals]:
+def proposals(output: PointOutput, coding: BinCoding, rule: ProposalRule) -> list[ScanProposals]:
     """Where objects may be, for each scan.
 
     Args:
@@ -47,7 +47,7 @@ def proposals(output: PointOutput, coding: BinCoding, rule: ProposalRule) -> lis
         boxes = point_boxes(points, codes.float(), coding)
         order = torch.argsort(scores, descending=True, stable=True)
         chosen = order[_chosen(boxes[order], scores[order], rule)]
-        found.append(Proposals(boxes[chosen], scores[chosen]))
+        found.append(ScanProposals(boxes[chosen], scores[chosen]))
     return found
 
 

@@ -10,7 +10,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.alignment import (
     PUBLISHED,
     Alignment,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
 from avsec_gym.perception.nn.region_counts import ProposalCount
 from avsec_gym.perception.nn.resnet import Edges, Normalisation
 from avsec_gym.perception.presets import preset_named
@@ -106,7 +106,7 @@ class StereoRcnnConfiguration:
     background_sizes: bool = True
     he_initialisation: bool = False
     fit: bool = False
-    rule: DecodingRule = field(default_factory=DecodingRule)
+    rule: StereoRcnnDecodingRule = field(default_factory=StereoRcnnDecodingRule)
     alignment: Alignment = PUBLISHED
 
     def __post_init__(self) -> None:
@@ -177,7 +177,7 @@ FIRST_SMALL = StereoRcnnConfiguration(
 SMALL = replace(
     FIRST_SMALL,
     fit=True,
-    rule=DecodingRule(fit_share=0.5),
+    rule=StereoRcnnDecodingRule(fit_share=0.5),
     # By average precision on the validation frames: 30 and 40 are alike, at 60 it is as without.
     alignment=replace(MEASURED, most_difference=40.0),
 )

@@ -13,15 +13,15 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, solve_boxes
-from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
 from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels, align_depths
-from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import (
     checked_borders,
     decode_borders,
     decode_keypoints,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, decode_stereo
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import PairProposals, decode_stereo
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.targets import (
     BOX_DEVIATIONS,
@@ -36,7 +36,7 @@ _SMALLEST_SIDE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Selected:
+class SelectedPairs:
     """M detections of one image, best first, in pixels of the network's input.
 
     Args:
@@ -57,8 +57,11 @@ class Selected:
 
 
 def select(
-    proposals: Proposals, output: BoxOutput, size: tuple[int, int], rule: DecodingRule
-) -> list[Selected]:
+    proposals: PairProposals,
+    output: PairBoxOutput,
+    size: tuple[int, int],
+    rule: StereoRcnnDecodingRule,
+) -> list[SelectedPairs]:
     """What survives score and suppression, for each of B images of a size (height, width)."""
     probabilities = output.class_probabilities
     result = []
@@ -93,7 +96,7 @@ def select(
         # All classes together, best first.
         columns = [torch.cat(column) for column in zip(*found, strict=True)]
         order = torch.argsort(columns[3], descending=True, stable=True)
-        result.append(Selected(*(column[order] for column in columns)))
+        result.append(SelectedPairs(*(column[order] for column in columns)))
     return result
 
 
@@ -105,7 +108,7 @@ def decoded_pairs(
     Args:
         left: Regions of the left image, shape (N, 4).
         right: Regions of the right image, shape (N, 4).
-        deltas: The deltas as in `BoxOutput`, shape (N, 6).
+        deltas: The deltas as in `PairBoxOutput`, shape (N, 6).
         size: Height and width of the network's input.
     """
     boxes = decode_stereo(left, right, deltas * deltas.new_tensor(BOX_DEVIATIONS))
@@ -121,7 +124,7 @@ def decoded_sizes(sizes: Tensor) -> Tensor:
 
 
 def observed_boxes(
-    selected: Selected,
+    selected: SelectedPairs,
     keypoints: KeypointOutput,
     image: int,
     size: tuple[int, int],

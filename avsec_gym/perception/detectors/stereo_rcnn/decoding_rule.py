@@ -1,4 +1,4 @@
-"""`DecodingRule`: which of Stereo R-CNN's regions become boxes."""
+"""`StereoRcnnDecodingRule`: which of Stereo R-CNN's regions become boxes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from avsec_gym.errors import ConfigurationError
 
 
 @dataclass(frozen=True)
-class DecodingRule:
+class StereoRcnnDecodingRule:
     """Which regions become boxes; the defaults are the published numbers.
 
     Args:

@@ -27,11 +27,11 @@ from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
     select,
     solved_boxes,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
 from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels
 from avsec_gym.perception.detectors.stereo_rcnn.editions import preset_of_weights
 from avsec_gym.perception.detectors.stereo_rcnn.fit import fit_loss, fit_targets
-from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth, stereo_truth
 from avsec_gym.perception.detectors.stereo_rcnn.losses import (
     FIT,
@@ -41,7 +41,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.losses import (
 from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
-from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling, draw_sampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSampling, draw_sampling
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.presets import checked_configuration
@@ -76,12 +76,12 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         self,
         configuration: StereoRcnnConfiguration | str = "small",
         weights: Weights = None,
-        rule: DecodingRule | None = None,
+        rule: StereoRcnnDecodingRule | None = None,
         alignment: Alignment | None = None,
         sample: SampleCount | None = None,
         seed: int = 0,
     ) -> None:
-        given_rule = instance_or_none("rule", rule, DecodingRule)
+        given_rule = instance_or_none("rule", rule, StereoRcnnDecodingRule)
         given_alignment = instance_or_none("alignment", alignment, Alignment)
         given_sample = instance_or_none("sample", sample, SampleCount)
         self.seed = seed_number("seed", seed)
@@ -154,7 +154,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         batch: StereoBatch,
         truth: Sequence[Boxes3D],
         disparity: Tensor | None = None,
-        sampling: Sampling | None = None,
+        sampling: PairSampling | None = None,
     ) -> dict[str, Tensor]:
         """The six weighted terms (`avsec_gym.perception.detectors.stereo_rcnn.losses.TERMS`).
 
@@ -181,7 +181,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         return weighted
 
     @torch.no_grad()
-    def draw(self, batch: StereoBatch, truth: Sequence[Boxes3D]) -> Sampling:
+    def draw(self, batch: StereoBatch, truth: Sequence[Boxes3D]) -> PairSampling:
         """The proposals, samples and targets that `losses` would take for these pixels."""
         pyramids, rpn, sampling = self._run(batch, truth, None)
         if not self.configuration.fit:
@@ -207,8 +207,8 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         return left, right
 
     def _run(
-        self, batch: StereoBatch, truth: Sequence[Boxes3D], sampling: Sampling | None
-    ) -> tuple[tuple[FeaturePyramid, FeaturePyramid], StereoRpnOutput, Sampling]:
+        self, batch: StereoBatch, truth: Sequence[Boxes3D], sampling: PairSampling | None
+    ) -> tuple[tuple[FeaturePyramid, FeaturePyramid], StereoRpnOutput, PairSampling]:
         left, right = self.prepare(batch)
         pyramids = self.network.pair_features(left, right)
         rpn = self.network.rpn(*pyramids)
@@ -221,8 +221,8 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         return pyramids, rpn, sampling
 
     def _heads(
-        self, pyramids: tuple[FeaturePyramid, FeaturePyramid], sampling: Sampling
-    ) -> tuple[BoxOutput, KeypointOutput, Tensor]:
+        self, pyramids: tuple[FeaturePyramid, FeaturePyramid], sampling: PairSampling
+    ) -> tuple[PairBoxOutput, KeypointOutput, Tensor]:
         """The heads' output for the sampled regions, and the keypoints that are their targets."""
         boxes = self.network.box_head(*pyramids, sampling.left, sampling.right)
         # Keypoints of the background teach nothing, and cost most.
@@ -245,9 +245,9 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         batch: StereoBatch,
         truth: Sequence[Boxes3D],
         rpn: StereoRpnOutput,
-        boxes: BoxOutput,
+        boxes: PairBoxOutput,
         keypoints: KeypointOutput,
-        sampling: Sampling,
+        sampling: PairSampling,
     ) -> Tensor:
         truths, size = self._truths(batch, truth, rpn), (rpn.height, rpn.width)
         return fit_targets(boxes, keypoints, sampling, truths, _cameras(batch), size)

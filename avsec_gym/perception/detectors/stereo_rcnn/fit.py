@@ -19,15 +19,15 @@ from avsec_gym.box_overlap import box_iou
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import solve_boxes
 from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
-    Selected,
+    SelectedPairs,
     decoded_pairs,
     decoded_sizes,
     observed_boxes,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
-from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSampling
 from avsec_gym.perception.nn.box_coding import overlaps
 
 
@@ -44,9 +44,9 @@ def fit_loss(logits: Tensor, targets: Tensor) -> Tensor:
 
 @torch.no_grad()
 def fit_targets(
-    boxes: BoxOutput,
+    boxes: PairBoxOutput,
     keypoints: KeypointOutput,
-    sampling: Sampling,
+    sampling: PairSampling,
     truths: Sequence[StereoTruth],
     cameras: Sequence[StereoCamera],
     size: tuple[int, int],
@@ -58,7 +58,7 @@ def fit_targets(
 
     Args:
         boxes: The boxes for the sampled regions.
-        keypoints: The keypoints for those that have any, see `Sampling.with_keypoints`.
+        keypoints: The keypoints for those that have any, see `PairSampling.with_keypoints`.
         sampling: The sampled regions.
         truths: The objects of each image, in pixels of the network's input.
         cameras: The camera of each pair.
@@ -75,7 +75,7 @@ def fit_targets(
         deltas = boxes.box_deltas[image, rows, labels].to(regions)
         sizes = decoded_sizes(boxes.dimensions_orientation[image, rows, labels].to(regions))
         pairs = decoded_pairs(regions, right, deltas, size)
-        selected = Selected(regions, *pairs, regions.new_ones(len(rows)), labels, sizes)
+        selected = SelectedPairs(regions, *pairs, regions.new_ones(len(rows)), labels, sizes)
         # The object that the region belongs to, by the rule of the other targets.
         true_left = torch.as_tensor(truths[image].left).to(regions)
         owner = overlaps(regions, true_left).argmax(1).cpu().numpy()
@@ -85,7 +85,7 @@ def fit_targets(
 
 
 def _fit(
-    selected: Selected,
+    selected: SelectedPairs,
     keypoints: KeypointOutput,
     image: int,
     truth: StereoTruth,

@@ -17,7 +17,7 @@ BOX_BINS, KEYPOINT_BINS = 7, 14
 
 
 @dataclass(frozen=True, eq=False)
-class BoxOutput:
+class PairBoxOutput:
     """Of the box head, for N regions of each of B images and K classes (0 is the background).
 
     Args:

@@ -13,13 +13,13 @@ from avsec_gym.perception.detectors.stereo_rcnn.configuration import StereoRcnnC
 from avsec_gym.perception.detectors.stereo_rcnn.heads import (
     BOX_BINS,
     KEYPOINT_BINS,
-    BoxOutput,
     KeypointOutput,
+    PairBoxOutput,
     box_trunk,
     keypoint_trunk,
     pool_regions,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, propose
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import PairProposals, propose
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpn, StereoRpnOutput
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.initialisation import normal_weights
@@ -31,8 +31,8 @@ class StereoRcnnOutput:
     """Everything that a forward pass gives; see the parts."""
 
     rpn: StereoRpnOutput
-    proposals: Proposals
-    boxes: BoxOutput
+    proposals: PairProposals
+    boxes: PairBoxOutput
     keypoints: KeypointOutput
 
 
@@ -117,7 +117,7 @@ class StereoRcnnNetwork(nn.Module):
         output: StereoRpnOutput = self.RCNN_rpn(left, right)
         return output
 
-    def propose(self, output: StereoRpnOutput) -> Proposals:
+    def propose(self, output: StereoRpnOutput) -> PairProposals:
         """Pairs of regions, more of them in training; without gradient."""
         configuration = self.configuration
         count = configuration.training_proposals if self.training else configuration.test_proposals
@@ -135,7 +135,7 @@ class StereoRcnnNetwork(nn.Module):
         right: FeaturePyramid,
         left_regions: Tensor,
         right_regions: Tensor,
-    ) -> tuple[BoxOutput, KeypointOutput]:
+    ) -> tuple[PairBoxOutput, KeypointOutput]:
         """Both heads, for N regions of each of B pairs, pixels, shape (B, N, 4)."""
         return (
             self.box_head(left, right, left_regions, right_regions),
@@ -148,7 +148,7 @@ class StereoRcnnNetwork(nn.Module):
         right: FeaturePyramid,
         left_regions: Tensor,
         right_regions: Tensor,
-    ) -> BoxOutput:
+    ) -> PairBoxOutput:
         """Class, boxes, size and angle for regions (B, N, 4) of both views."""
         pooled = torch.cat(
             [
@@ -159,7 +159,7 @@ class StereoRcnnNetwork(nn.Module):
         )
         hidden = self.RCNN_top(pooled).mean((2, 3)).unflatten(0, left_regions.shape[:2])
         classes = self.configuration.classes
-        return BoxOutput(
+        return PairBoxOutput(
             self.RCNN_cls_score(hidden),
             self.RCNN_bbox_pred(hidden).unflatten(-1, (classes, 6)),
             self.RCNN_dim_orien_pred(hidden).unflatten(-1, (classes, 5)),

@@ -14,7 +14,7 @@ from avsec_gym.perception.nn.region_counts import ProposalCount
 
 
 @dataclass(frozen=True, eq=False)
-class Proposals:
+class PairProposals:
     """N pairs of regions of each of B images, best first, filled up with zeros.
 
     Args:
@@ -38,7 +38,7 @@ def propose(
     *,
     exact: bool = False,
     least_side: float = 0.0,
-) -> Proposals:
+) -> PairProposals:
     """The best pairs that survive suppression in both views; no gradient passes.
 
     Args:
@@ -67,7 +67,7 @@ def propose(
         right[pair, : len(kept)] = both_right[kept]
         scores[pair, : len(kept)] = classes[pair, order[kept]]
         valid[pair, : len(kept)] = True
-    return Proposals(left, right, scores, valid)
+    return PairProposals(left, right, scores, valid)
 
 
 def decode_stereo(

@@ -1,6 +1,6 @@
 """What the network should have said: sampled anchors and regions and their targets (SPEC 3, 5).
 
-A `Sampling` holds every choice that is not differentiable (which anchors, which regions, which
+A `PairSampling` holds every choice that is not differentiable (which anchors, which regions, which
 object each belongs to), so that with one of them fixed the loss is a function of the pixels alone.
 """
 
@@ -15,7 +15,7 @@ from torch import Tensor
 
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth
-from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, encode_stereo
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import PairProposals, encode_stereo
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
 from avsec_gym.perception.nn.box_coding import overlaps
 from avsec_gym.perception.nn.region_counts import SampleCount
@@ -38,7 +38,7 @@ _REGION_OVERLAP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Sampling:
+class PairSampling:
     """Of B images with A anchors and R sampled regions each.
 
     Args:
@@ -89,11 +89,11 @@ class Sampling:
 @torch.no_grad()
 def draw_sampling(
     rpn: StereoRpnOutput,
-    proposals: Proposals,
+    proposals: PairProposals,
     truths: Sequence[StereoTruth],
     count: SampleCount,
     generator: torch.Generator | None,
-) -> Sampling:
+) -> PairSampling:
     """Sampled targets for a batch.
 
     Args:
@@ -113,7 +113,7 @@ def draw_sampling(
             _anchor_targets(rpn, objects, count, generator)
             + _region_targets(left, right, objects, count, generator)
         )
-    return Sampling(*(torch.stack(column) for column in zip(*rows, strict=True)))
+    return PairSampling(*(torch.stack(column) for column in zip(*rows, strict=True)))
 
 
 class _Objects:
@@ -168,7 +168,7 @@ def _region_targets(
     count: SampleCount,
     generator: torch.Generator | None,
 ) -> tuple[Tensor, ...]:
-    """Regions and targets as in `Sampling`: a region belongs to the object that both views meet."""
+    """As in `PairSampling`: a region belongs to the object that both views meet."""
     true = torch.zeros(len(left), dtype=torch.bool, device=left.device)
     owner = torch.zeros(len(left), dtype=torch.long, device=left.device)
     false = ~true

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from avsec_gym.argument_checks import instance_of
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.perception.detectors.box_selection import Selected, SelectionRule, select
+from avsec_gym.perception.detectors.box_selection import SelectedBoxes, SelectionRule, select
 from avsec_gym.perception.detectors.image_network_detector import ImageNetworkDetector
 from avsec_gym.perception.detectors.yolo.box_coding import decoded_boxes
 from avsec_gym.perception.detectors.yolo.configuration import YoloConfiguration
@@ -77,7 +77,7 @@ class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
             targets = find_targets(output, truths, size, self.configuration)
         return output, targets
 
-    def _found(self, inputs: Tensor) -> list[Selected]:
+    def _found(self, inputs: Tensor) -> list[SelectedBoxes]:
         output: YoloOutput = self.network(inputs)
         boxes = clip_boxes(decoded_boxes(output), inputs.shape[2], inputs.shape[3])
         scores = output.objectness.sigmoid()[..., None] * output.classes.sigmoid()

@@ -10,7 +10,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.messages.message_bytes import (
     CENTIMETRE,
     HEADER_BYTES,
-    MessageKind,
+    HeaderKind,
     check_length,
     column,
     header,
@@ -60,7 +60,7 @@ class CropMessage:
             )
         points = np.concatenate(self.crops) if len(counts) else np.zeros((0, 3))
         return (
-            header(MessageKind.CROPS, self.sender, len(counts))
+            header(HeaderKind.CROPS, self.sender, len(counts))
             + counts.astype("<u4").tobytes()
             + quantised(points, CENTIMETRE, "<i2")
         )
@@ -72,7 +72,7 @@ class CropMessage:
         Raises:
             DataError: The bytes are no such message.
         """
-        sender, count = read_header(content, MessageKind.CROPS, MOST_REGIONS)
+        sender, count = read_header(content, HeaderKind.CROPS, MOST_REGIONS)
         start = HEADER_BYTES + _COUNT_BYTES * count
         if len(content) < start:
             raise refused(f"it ends within the counts of its {count} crops")

@@ -27,7 +27,7 @@ CENTIMETRE = 1e-2
 _REMEDY = "Leave this message out: its sender is broken, or does not mean well."
 
 
-class MessageKind(IntEnum):
+class HeaderKind(IntEnum):
     """What a message is; the number stands in its header."""
 
     REGIONS = 1
@@ -39,7 +39,7 @@ def refused(problem: str) -> DataError:
     return DataError(f"This is no message of connected vehicles: {problem}.", remedy=_REMEDY)
 
 
-def header(kind: MessageKind, sender: int, count: int) -> bytes:
+def header(kind: HeaderKind, sender: int, count: int) -> bytes:
     """The beginning of a message.
 
     Raises:
@@ -50,7 +50,7 @@ def header(kind: MessageKind, sender: int, count: int) -> bytes:
     return _HEADER.pack(_MAGIC, _VERSION, kind, sender, count)
 
 
-def read_header(content: bytes, kind: MessageKind, most: int) -> tuple[int, int]:
+def read_header(content: bytes, kind: HeaderKind, most: int) -> tuple[int, int]:
     """The sender and the count of a message.
 
     Raises:

@@ -11,7 +11,7 @@ from avsec_gym.validation.connected.messages.message_bytes import (
     CENTIMETRE,
     HEADER_BYTES,
     POSE_BYTES,
-    MessageKind,
+    HeaderKind,
     check_length,
     column,
     header,
@@ -65,7 +65,7 @@ class RegionMessage:
         heading = np.round(wrap_angle(regions.heading) / _ANGLE)
         heading = np.where(heading > 32767, -32768, heading)
         return (
-            header(MessageKind.REGIONS, self.sender, len(regions))
+            header(HeaderKind.REGIONS, self.sender, len(regions))
             + pose_bytes(self.pose)
             + quantised(regions.centre, CENTIMETRE, "<i2")
             + quantised(np.maximum(regions.size, CENTIMETRE), CENTIMETRE, "<u2")
@@ -79,7 +79,7 @@ class RegionMessage:
         Raises:
             DataError: The bytes are no such message, or it holds what is no region.
         """
-        sender, count = read_header(content, MessageKind.REGIONS, MOST_REGIONS)
+        sender, count = read_header(content, HeaderKind.REGIONS, MOST_REGIONS)
         check_length(content, HEADER_BYTES + POSE_BYTES + REGION_BYTES * count)
         pose = read_pose_bytes(content, HEADER_BYTES)
         start = HEADER_BYTES + POSE_BYTES

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avsec_gym.geometry import wrap_angle
-from avsec_gym.validation.connected.cropping import Margins, cropped
+from avsec_gym.validation.connected.cropping import CropMargins, cropped
 from avsec_gym.validation.connected.opv2v.yaml_nodes import YamlMapping
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -110,4 +110,4 @@ def _points_on(scan: VehicleScan, objects: Sequence[WorldObject]) -> list[int]:
         np.stack([length, width, height], axis=1),
         np.array([each.heading for each in objects]),
     )
-    return [len(points) for points in cropped(scan, boxes, Margins(0.0, 0.0, 0.0))]
+    return [len(points) for points in cropped(scan, boxes, CropMargins(0.0, 0.0, 0.0))]

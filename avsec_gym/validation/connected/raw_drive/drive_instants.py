@@ -20,7 +20,7 @@ from avsec_gym.kitti.raw import OXTS, VELODYNE, Drive
 from avsec_gym.kitti.sensor_files import read_points
 from avsec_gym.validation.connected.raw_drive.registration import Registration, register
 from avsec_gym.validation.connected.recordings import RecordedInstant
-from avsec_gym.validation.connected.sweep import Sweep
+from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 PosesBy = Literal["oxts", "registration"]
@@ -131,7 +131,7 @@ def _instant(drive: Drive, frames: tuple[int, ...], poses_by: PosesBy | None) ->
     )
 
 
-def _sweeps(poses: Sequence[Floats], frames: Sequence[int]) -> list[Sweep]:
+def _sweeps(poses: Sequence[Floats], frames: Sequence[int]) -> list[RollingSweep]:
     """How each scan came about: raw scans are not compensated for the vehicle's own motion."""
     sweeps = []
     for index in range(len(poses)):
@@ -140,7 +140,7 @@ def _sweeps(poses: Sequence[Floats], frames: Sequence[int]) -> list[Sweep]:
         seconds = _PERIOD * (frames[first + 1] - frames[first])
         speed = float(np.hypot(*moved[:2, 3])) * np.sign(moved[0, 3]) / seconds
         turn_rate = float(np.arctan2(moved[1, 0], moved[0, 0])) / seconds
-        sweeps.append(Sweep(speed, turn_rate, _PERIOD))
+        sweeps.append(RollingSweep(speed, turn_rate, _PERIOD))
     return sweeps
 
 

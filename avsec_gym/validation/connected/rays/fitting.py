@@ -12,7 +12,7 @@ from avsec_gym.argument_checks import number
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 
 _LARGEST = 1e6
 _MOST = (2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 40.0)
@@ -82,10 +82,10 @@ def logistic_loss(testimonies: LabelledCounts, rates: RayRates) -> float:
 
 
 def fit_margins(
-    candidates: Iterable[Margins],
-    testimonies_of: Callable[[Margins], LabelledCounts],
+    candidates: Iterable[WitnessMargins],
+    testimonies_of: Callable[[WitnessMargins], LabelledCounts],
     least: int = 5,
-) -> tuple[Margins, RayRates]:
+) -> tuple[WitnessMargins, RayRates]:
     """The margins, with their rates, with the least logistic loss.
 
     A testimony that decides nothing counts as ignorance (a loss of ln 2), so that margins which
@@ -97,7 +97,7 @@ def fit_margins(
         least: Number of telling rays below which a testimony decides nothing.
     """
 
-    def fitted(margins: Margins) -> tuple[float, Margins, RayRates]:
+    def fitted(margins: WitnessMargins) -> tuple[float, WitnessMargins, RayRates]:
         testimonies = testimonies_of(margins)
         rates = fit_rates(testimonies, least)
         return logistic_loss(testimonies, rates), margins, rates
@@ -106,7 +106,7 @@ def fit_margins(
 
 
 @dataclass(frozen=True)
-class Calibration:
+class ScoreCalibration:
     """From a score to a probability: ``1 / (1 + exp(-(slope * score + offset)))``.
 
     Args:
@@ -132,7 +132,7 @@ class Calibration:
 
 def fit_calibration(
     scores: ArrayLike, attacked: ArrayLike, prior: float | None = None
-) -> Calibration:
+) -> ScoreCalibration:
     """Logistic regression of attacks on scores, with targets a little off 0 and 1 (Platt, 1999).
 
     Args:
@@ -165,7 +165,7 @@ def fit_calibration(
     offset = float(solution[1]) - slope * float(score.mean())
     if prior is not None:
         offset += float(np.log(prior / (1 - prior)) - np.log(ones / zeros))
-    return Calibration(slope, offset)
+    return ScoreCalibration(slope, offset)
 
 
 def _chances(counts: NDArray[np.int64]) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.range_image import RangeImage, range_image
-from avsec_gym.validation.connected.sweep import Sweep
+from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 
@@ -23,7 +23,7 @@ class Observer:
     """
 
     scan: VehicleScan
-    sweep: Sweep
+    sweep: RollingSweep
     image: RangeImage
 
     @property
@@ -37,7 +37,7 @@ class Observer:
         return self.sweep.speed, self.sweep.turn_rate, self.sweep.period
 
 
-def observe(scan: VehicleScan, sweep: Sweep | None = None) -> Observer:
+def observe(scan: VehicleScan, sweep: RollingSweep | None = None) -> Observer:
     """Sort the rays of a scan, once for all claims.
 
     Args:

@@ -59,7 +59,7 @@ class SequentialTest:
 
 
 @dataclass(frozen=True)
-class FalseAlarms:
+class WindowFalseAlarms:
     """Alarms in attack-free windows.
 
     Args:
@@ -82,13 +82,13 @@ def windows(scores: Sequence[float] | Floats, frames: int) -> list[Floats]:
     return [whole[i : i + frames] for i in range(0, len(whole) - frames + 1, frames)]
 
 
-def count_false_alarms(test: SequentialTest, attack_free: Sequence[Floats]) -> FalseAlarms:
+def count_false_alarms(test: SequentialTest, attack_free: Sequence[Floats]) -> WindowFalseAlarms:
     """How many attack-free windows alarm.
 
     Windows of one drive are no independent cases: errors of poses last for seconds.
     """
     alarms = sum(test.alarm(scores) is not None for scores in attack_free)
-    return FalseAlarms(alarms, len(attack_free))
+    return WindowFalseAlarms(alarms, len(attack_free))
 
 
 def fit_limit(

@@ -47,7 +47,7 @@ _MOST = {
 
 
 @dataclass(frozen=True)
-class Margins:
+class WitnessMargins:
     """How far things may lie apart and still be the same.
 
     Args:
@@ -95,7 +95,7 @@ def outcomes(
     witness: Observer,
     claims: Claims,
     regions: Regions,
-    margins: Margins,
+    margins: WitnessMargins,
     speed: Floats | None = None,
 ) -> NDArray[np.int8]:
     """What each claimed voxel meets in a witness' range image.

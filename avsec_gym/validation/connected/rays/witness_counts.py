@@ -16,7 +16,7 @@ from avsec_gym.validation.connected.rays.witness import (
     MISSING,
     SUPPORT,
     THROUGH,
-    Margins,
+    WitnessMargins,
     outcomes,
 )
 from avsec_gym.validation.connected.regions import Regions
@@ -49,14 +49,14 @@ class WitnessCounts:
 
 
 def count_rays(
-    witness: Observer, claims: Claims, regions: Regions, margins: Margins
+    witness: Observer, claims: Claims, regions: Regions, margins: WitnessMargins
 ) -> WitnessCounts:
     """How many of a witness' rays support and contradict another vehicle's claims.
 
     Vehicles look at different times, and what neither tracks may have moved meanwhile.  Where a
     witness' rays contradict a claim without a velocity, it asks whether they would support it, had
-    the thing moved along its region's heading at some speed up to `Margins.fastest`, and reports
-    the counts that support it most.
+    the thing moved along its region's heading at some speed up to `WitnessMargins.fastest`, and
+    reports the counts that support it most.
 
     Args:
         witness: The vehicle that looks.

@@ -24,14 +24,14 @@ from avsec_gym.validation.connected.rays.claims import claim, claimed_layers
 from avsec_gym.validation.connected.rays.decision import DecisionRule, decide
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.rays.rates import RayRates
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.rays.witness_counts import (
     count_rays,
     decode_counts,
     encode_counts,
 )
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.validation.connected.transport.packets import Packet, Step
+from avsec_gym.validation.connected.transport.packets import Packet, PacketStep
 from avsec_gym.validation.connected.transport.station_port import StationPort
 from avsec_gym.validation.connected.transport.vehicle_port import VehiclePort
 from avsec_gym.validation.connected.vehicle import RegionProposer, propose_regions
@@ -69,23 +69,25 @@ def judge_instant(
         rates: The chances of rays.
         rule: How evidence becomes a decision.
     """
-    proposed = port.gather(Step.PROPOSALS, instant, RegionMessage.from_bytes, seconds)
+    proposed = port.gather(PacketStep.PROPOSALS, instant, RegionMessage.from_bytes, seconds)
     # The number of a sender is that of its connection, whatever the message claims.
     taken = admitted_proposals(
         RegionMessage(sender, each.pose, each.regions) for (sender, _), each in proposed.items()
     )
     content = complete_set_of_regions(taken).to_bytes()
-    port.broadcast(Packet(Step.REGIONS, instant, content))
+    port.broadcast(Packet(PacketStep.REGIONS, instant, content))
     regions = _regions(content)
 
-    claims = port.gather(Step.CLAIMS, instant, lambda sent: decode_claims(sent, regions), seconds)
+    claims = port.gather(
+        PacketStep.CLAIMS, instant, lambda sent: decode_claims(sent, regions), seconds
+    )
     claimed = {sender: each for (sender, _), each in claims.items()}
     for sender, each in claimed.items():
-        port.broadcast(Packet(Step.CLAIMS, instant, encode_claims(each), sender))
-    port.broadcast(Packet(Step.WITNESS, instant, b""))
+        port.broadcast(Packet(PacketStep.CLAIMS, instant, encode_claims(each), sender))
+    port.broadcast(Packet(PacketStep.WITNESS, instant, b""))
 
     said = port.gather(
-        Step.COUNTS, instant, lambda sent: decode_counts(sent, regions), seconds, claimed
+        PacketStep.COUNTS, instant, lambda sent: decode_counts(sent, regions), seconds, claimed
     )
     counts = np.zeros((len(regions), port.vehicles, port.vehicles, 3), np.int64)
     for (witness, about), seen in said.items():
@@ -107,7 +109,7 @@ def take_part(
     scan: VehicleScan,
     proposer: RegionProposer,
     seconds: float = 3.0,
-    margins: Margins = Margins(),
+    margins: WitnessMargins = WitnessMargins(),
 ) -> bool:
     """A vehicle's part.
 
@@ -123,22 +125,22 @@ def take_part(
         Whether it came to its end; False if the base station fell silent.
     """
     proposals = propose_regions(port.number, scan, proposer).to_bytes()
-    port.send(Packet(Step.PROPOSALS, instant, proposals))
+    port.send(Packet(PacketStep.PROPOSALS, instant, proposals))
     observer = observe(scan)
     regions = Regions.empty()
     while (packet := port.receive(seconds)) is not None:
         if packet.instant != instant:
             continue
         try:
-            if packet.step == Step.REGIONS:
+            if packet.step == PacketStep.REGIONS:
                 regions = _regions(packet.content)
                 mine = encode_claims(claim(observer, regions))
-                port.send(Packet(Step.CLAIMS, instant, mine))
-            elif packet.step == Step.CLAIMS and packet.about != port.number:
+                port.send(Packet(PacketStep.CLAIMS, instant, mine))
+            elif packet.step == PacketStep.CLAIMS and packet.about != port.number:
                 others = decode_claims(packet.content, regions)
                 seen = encode_counts(count_rays(observer, others, regions, margins))
-                port.send(Packet(Step.COUNTS, instant, seen, packet.about))
-            elif packet.step == Step.WITNESS:
+                port.send(Packet(PacketStep.COUNTS, instant, seen, packet.about))
+            elif packet.step == PacketStep.WITNESS:
                 return True
         except DataError:
             continue  # It is the base station's turn to send what can be read.

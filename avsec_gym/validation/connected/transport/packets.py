@@ -19,7 +19,7 @@ _MAGIC = b"AP"
 _HEADER = struct.Struct("<2sBBIII")
 
 
-class Step(IntEnum):
+class PacketStep(IntEnum):
     """What a packet is in the course of an instant."""
 
     WELCOME = 0
@@ -44,7 +44,7 @@ class Packet:
         content: The message.
     """
 
-    step: Step
+    step: PacketStep
     instant: int
     content: bytes
     about: int = 0
@@ -88,8 +88,8 @@ class PacketStream:
                 break
             content = bytes(self._rest[_HEADER.size : end])
             del self._rest[:end]
-            if zlib.crc32(content) == check and step in Step.__members__.values():
-                packets.append(Packet(Step(step), instant, content, about))
+            if zlib.crc32(content) == check and step in PacketStep.__members__.values():
+                packets.append(Packet(PacketStep(step), instant, content, about))
             else:
                 self.damaged += 1
         return packets

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Self, TypeVar
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.validation.connected.transport.packets import Packet, PacketStream, Step
+from avsec_gym.validation.connected.transport.packets import Packet, PacketStep, PacketStream
 
 _PATIENCE = 0.5
 """Seconds that a vehicle has for taking what it is sent, before it is left out for good."""
@@ -70,7 +70,7 @@ class StationPort:
             connection.settimeout(_PATIENCE)
             self._connections[number], self._streams[number] = connection, PacketStream()
             self._early[number] = []
-            self._send(number, Packet(Step.WELCOME, 0, b"", number))
+            self._send(number, Packet(PacketStep.WELCOME, 0, b"", number))
         return len(self._streams)
 
     def broadcast(self, packet: Packet) -> None:
@@ -80,7 +80,7 @@ class StationPort:
 
     def gather(
         self,
-        step: Step,
+        step: PacketStep,
         instant: int,
         decode: Callable[[bytes], Message],
         seconds: float,
@@ -171,7 +171,7 @@ class StationPort:
             if stream.damaged > damaged:
                 self.tally["malformed"] += stream.damaged - damaged
 
-    def _put_aside(self, number: int, packet: Packet, now: tuple[int, Step]) -> None:
+    def _put_aside(self, number: int, packet: Packet, now: tuple[int, PacketStep]) -> None:
         """Keep a packet of a later step, a few of each vehicle; count one of an earlier step."""
         if (packet.instant, packet.step) < now:
             self.tally["late"] += 1

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.validation.connected.transport.packets import Packet, PacketStream, Step
+from avsec_gym.validation.connected.transport.packets import Packet, PacketStep, PacketStream
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class VehiclePort:
         self._faults, self._random = faults, np.random.default_rng(seed)
         self._held_back = b""
         welcome = self.receive(seconds)
-        if welcome is None or welcome.step != Step.WELCOME:
+        if welcome is None or welcome.step != PacketStep.WELCOME:
             raise DataError("The base station does not answer.", remedy="Start it anew.")
         self.number = welcome.about
 

@@ -19,7 +19,7 @@ from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
-    DriveRow,
+    EpisodeRow,
     Experiment,
     Measurement,
 )
@@ -47,7 +47,7 @@ def judged_frame(configuration: Configuration) -> Callable[..., CellResult]:
             elif alarm and response != "undefended":
                 outcome = "safe"
             record = SafetyRecord(id, "straight", outcome, NAN, 1, NAN, NAN, reason)
-            drives.append(DriveRow(f"stereo_rcnn {attack} {response}", record))
+            drives.append(EpisodeRow(f"stereo_rcnn {attack} {response}", record))
         measurements = [
             Measurement(attack, id, "alarm", float(alarm)),
             Measurement(attack, id, "named 3", float(alarm)),

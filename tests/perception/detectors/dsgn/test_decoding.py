@@ -15,7 +15,7 @@ from avsec_gym.geometry import box_corners, project, wrap_angle
 from avsec_gym.perception.detectors.dsgn.anchors import anchor_footprints
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.decoding import decode
-from avsec_gym.perception.detectors.dsgn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.dsgn.decoding_rule import DsgnDecodingRule
 from avsec_gym.perception.detectors.dsgn.grid import CAR, CYCLIST, PEDESTRIAN
 from avsec_gym.perception.detectors.dsgn.network import DsgnOutput
 from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
@@ -71,7 +71,7 @@ def test_what_was_encoded_comes_back(
 ) -> None:
     if half_turns:
         three_classes = replace(three_classes, half_turns=True, angles=2)
-    rule = DecodingRule(**changes)
+    rule = DsgnDecodingRule(**changes)
     [found] = decode(_output(three_classes, TRUTH), three_classes, PROJECTION, SIZE, rule)
     assert len(found) == len(TRUTH)
     assert (np.diff(found.score) <= 0).all()
@@ -109,12 +109,14 @@ def test_limits_keep_the_best(tiny: DsgnConfiguration) -> None:
             corners[0, :, 0, level + i, 2] = footprints[:, i, 1, None, None]
             corners[0, :, 0, level + i, 1] = y
     output = replace(output, class_logits=logits, boxes=GivenBoxes(corners))
-    [every] = decode(output, tiny, PROJECTION, SIZE, DecodingRule(candidates=9999, most_boxes=9999))
-    [some] = decode(output, tiny, PROJECTION, SIZE, DecodingRule(candidates=9999, most_boxes=7))
+    [every] = decode(
+        output, tiny, PROJECTION, SIZE, DsgnDecodingRule(candidates=9999, most_boxes=9999)
+    )
+    [some] = decode(output, tiny, PROJECTION, SIZE, DsgnDecodingRule(candidates=9999, most_boxes=7))
     assert len(every) > 30
     np.testing.assert_array_equal(some.score, every.score[:7])
     assert every.score[0] == pytest.approx(float(logits.max().sigmoid()))
-    [few] = decode(output, tiny, PROJECTION, SIZE, DecodingRule(candidates=3))
+    [few] = decode(output, tiny, PROJECTION, SIZE, DsgnDecodingRule(candidates=3))
     assert len(few) <= 3
 
 
@@ -137,7 +139,7 @@ def test_a_score_is_a_mean_of_class_and_fit(tiny: DsgnConfiguration) -> None:
     fit = torch.full_like(output.class_logits, 0.4)
     output = replace(output, fit=fit)
     [alone] = decode(output, tiny, PROJECTION, SIZE)
-    [both] = decode(output, tiny, PROJECTION, SIZE, DecodingRule(fit_share=0.25))
+    [both] = decode(output, tiny, PROJECTION, SIZE, DsgnDecodingRule(fit_share=0.25))
     expected = alone.score**0.75 * torch.tensor(0.4).sigmoid().item() ** 0.25
     np.testing.assert_allclose(both.score, expected, rtol=1e-6)
 
@@ -146,4 +148,4 @@ def test_rules_check_themselves() -> None:
     wrong = ({"voting_overlap": 1.0}, {"voting_turn": 2.0}, {"fit_share": 1.1})
     for values in (*wrong, {"least_score": 0.0}, {"most_overlap": 1.2}, {"candidates": 0}):
         with pytest.raises(ConfigurationError):
-            DecodingRule(**values)
+            DsgnDecodingRule(**values)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import torch
 
 from avsec_gym.perception.detectors.faster_rcnn.losses import TERMS, detection_terms
-from avsec_gym.perception.detectors.faster_rcnn.network import BoxOutput
-from avsec_gym.perception.detectors.faster_rcnn.region_proposals import Proposals, RpnOutput
+from avsec_gym.perception.detectors.faster_rcnn.network import RegionBoxOutput
+from avsec_gym.perception.detectors.faster_rcnn.region_proposals import RegionProposals, RpnOutput
 from avsec_gym.perception.detectors.faster_rcnn.targets import (
     BOX_DEVIATIONS,
-    Sampling,
+    RegionSampling,
     draw_sampling,
 )
 from avsec_gym.perception.detectors.image_truth import ImageTruth
@@ -26,14 +26,16 @@ TRUTH = ImageTruth(OBJECTS, torch.tensor([1, 0]), VAN)
 COUNT = SampleCount(64, 0.5, 32, 0.25)
 
 
-def _draw(truth: ImageTruth = TRUTH, count: SampleCount = COUNT) -> tuple[RpnOutput, Sampling]:
+def _draw(
+    truth: ImageTruth = TRUTH, count: SampleCount = COUNT
+) -> tuple[RpnOutput, RegionSampling]:
     shapes = [(128 // stride, 320 // stride) for stride in (4, 8, 16, 32, 64)]
     sizes, ratios = (12, 24, 48, 96, 192), (0.5, 1.0, 2.0)
     anchors = pyramid_anchors(shapes, (4, 8, 16, 32, 64), sizes, ratios).float()
     zeros = torch.zeros(1, len(anchors))
     rpn = RpnOutput(zeros, zeros[..., None].expand(1, -1, 4), anchors, 128, 320)
     regions = torch.tensor([[NEAR, FAR, ON_VAN, [0.0] * 4]])
-    proposals = Proposals(regions, torch.tensor([[True, True, True, False]]))
+    proposals = RegionProposals(regions, torch.tensor([[True, True, True, False]]))
     generator = torch.Generator().manual_seed(0)
     return rpn, draw_sampling(rpn, proposals, [truth], count, generator)
 
@@ -78,7 +80,7 @@ def test_right_answers_cost_nothing() -> None:
     )
     logits = torch.nn.functional.one_hot(sampling.labels, 3) * sure
     deltas = sampling.box_targets[:, :, None].expand(-1, -1, 3, -1)
-    terms = detection_terms(perfect, BoxOutput(logits, deltas), sampling)
+    terms = detection_terms(perfect, RegionBoxOutput(logits, deltas), sampling)
     assert tuple(terms) == TERMS
     assert all(float(term) < 1e-6 for term in terms.values())
 
@@ -91,7 +93,7 @@ def test_terms_by_plain_sums() -> None:
         logits=torch.randn(rpn.logits.shape, generator=generator),
         deltas=torch.randn(rpn.deltas.shape, generator=generator),
     )
-    boxes = BoxOutput(
+    boxes = RegionBoxOutput(
         torch.randn(1, 32, 3, generator=generator), torch.randn(1, 32, 3, 4, generator=generator)
     )
     terms = detection_terms(rpn, boxes, sampling)

@@ -11,7 +11,7 @@ import torch
 from avsec_gym.geometry import Floats, bird_eye_iou, rectangle_polygons
 from avsec_gym.perception.detectors.pixor.cell_coding import decode
 from avsec_gym.perception.detectors.pixor.configuration import PixorConfiguration
-from avsec_gym.perception.detectors.pixor.decoding import DecodingRule, found_rectangles
+from avsec_gym.perception.detectors.pixor.decoding import PixorDecodingRule, found_rectangles
 from avsec_gym.perception.detectors.pixor.network import PixorOutput
 from avsec_gym.perception.detectors.pixor.targets import PixorTargets, cell_targets
 
@@ -66,13 +66,13 @@ def test_an_output_that_is_the_target_becomes_the_rectangles(tiny: PixorConfigur
     # Neighbours of a car that tell nearly the same, less surely: they are suppressed.
     logits[0, 10, 30], targets.values[0, :, 10, 30] = 0.0, targets.values[0, :, 18, 30]
     output = PixorOutput(logits, targets.values, in_view)
-    both = found_rectangles(output, tiny, DecodingRule(candidates=512))
+    both = found_rectangles(output, tiny, PixorDecodingRule(candidates=512))
     for (found, scores), cars in zip(both, (CARS, CARS[:1]), strict=True):
         assert len(found) >= len(cars)
         overlap = bird_eye_iou(cars[:, [0, 1, 4]], cars[:, 2:4], found[:, [0, 1, 4]], found[:, 2:4])
         assert (overlap.max(axis=1) > 0.999).all()
         assert (np.diff(scores) <= 0).all()
-    few = found_rectangles(output, tiny, DecodingRule(candidates=1))
+    few = found_rectangles(output, tiny, PixorDecodingRule(candidates=1))
     assert [len(scores) for _, scores in few] == [1, 1]
 
 

@@ -17,7 +17,10 @@ from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
-from avsec_gym.perception.detectors.pointrcnn.detector import DecodingRule, PointRcnnDetector
+from avsec_gym.perception.detectors.pointrcnn.detector import (
+    PointRcnnDecodingRule,
+    PointRcnnDetector,
+)
 from avsec_gym.perception.detectors.pointrcnn.losses import pointrcnn_losses
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view, sampled_points
 
@@ -27,7 +30,7 @@ MakeScene = Callable[[int], Any]
 @pytest.fixture
 def detector(tiny: PointRcnnConfiguration) -> PointRcnnDetector:
     torch.manual_seed(0)
-    return PointRcnnDetector(tiny, rule=DecodingRule(0.0))
+    return PointRcnnDetector(tiny, rule=PointRcnnDecodingRule(0.0))
 
 
 def test_is_a_frozen_detector(detector: PointRcnnDetector) -> None:
@@ -63,7 +66,7 @@ def test_what_overlaps_a_surer_box_or_is_unsure_is_left_out(
     found = detector.detect(frame)
     shared = _overlaps(found, found) - np.eye(len(found))
     assert shared.max() <= 0.1
-    detector.rule = DecodingRule(float(np.median(found.score)))
+    detector.rule = PointRcnnDecodingRule(float(np.median(found.score)))
     fewer = detector.detect(frame)
     assert len(fewer) == (found.score > np.median(found.score)).sum()
 
@@ -85,7 +88,7 @@ def test_weights_by_name_file_and_state(detector: PointRcnnDetector, tmp_path: A
     with pytest.raises(DataError, match="avsec train"):
         make_detector({"name": "pointrcnn", "weights": str(tmp_path / "none.safetensors")})
     with pytest.raises(ConfigurationError, match="are shares"):
-        DecodingRule(least_score=1.0)
+        PointRcnnDecodingRule(least_score=1.0)
 
 
 @pytest.mark.slow

@@ -18,10 +18,10 @@ from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
     select,
     solved_boxes,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
-from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
-from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import PairProposals
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
 from avsec_gym.perception.detectors.stereo_rcnn.targets import draw_sampling
@@ -55,19 +55,19 @@ def perfect():
     empty = torch.tensor([[[10.0, 5, 60, 40]]], dtype=torch.float64)
     left, right = torch.cat([left, empty], 1), torch.cat([right, empty], 1)
     scores = torch.ones(1, 9, dtype=torch.float64)
-    proposals = Proposals(left, right, scores, scores > 0)
+    proposals = PairProposals(left, right, scores, scores > 0)
     nothing = torch.zeros(1, 1, 6, dtype=torch.float64)
     rpn = StereoRpnOutput(nothing[..., :2], nothing[..., 0], nothing, nothing[0, :, :4], *SIZE)
     generator = torch.Generator().manual_seed(0)
     sampling = draw_sampling(rpn, proposals, [truth], SampleCount(1, 0, 60, 1.0), generator)
-    said = Proposals(
+    said = PairProposals(
         sampling.left,
         sampling.right,
         scores.new_ones(1, 60),
         torch.ones(1, 60, dtype=torch.bool),
     )
     certainty = torch.linspace(3, 5, 60, dtype=torch.float64) * (2 * sampling.labels - 1)
-    boxes = BoxOutput(
+    boxes = PairBoxOutput(
         torch.stack([-certainty, certainty], -1),
         sampling.box_targets[:, :, None].expand(-1, -1, 2, -1),
         sampling.dimension_targets[:, :, None].expand(-1, -1, 2, -1),
@@ -85,7 +85,7 @@ def perfect():
 
 def test_perfect_answers_give_the_labels_back(perfect):
     proposals, boxes, keypoints = perfect
-    selected = select(proposals, boxes, SIZE, DecodingRule())[0]
+    selected = select(proposals, boxes, SIZE, StereoRcnnDecodingRule())[0]
     assert len(selected.scores) == 4
     assert (selected.scores.diff() <= 0).all()
     observed = observed_boxes(selected, keypoints(selected.regions), 0, SIZE, CAMERA)
@@ -117,15 +117,17 @@ def test_perfect_answers_give_the_labels_back(perfect):
 
 def test_unlikely_regions_are_dropped(perfect):
     proposals, boxes, _ = perfect
-    selected = select(proposals, boxes, SIZE, DecodingRule(least_score=0.99995))[0]
+    selected = select(proposals, boxes, SIZE, StereoRcnnDecodingRule(least_score=0.99995))[0]
     assert len(selected.scores) < 4
-    everything = select(proposals, boxes, SIZE, DecodingRule(least_score=0, overlap=1.0))[0]
+    everything = select(proposals, boxes, SIZE, StereoRcnnDecodingRule(least_score=0, overlap=1.0))[
+        0
+    ]
     assert len(everything.scores) == 60
 
 
 def test_a_score_has_a_share_of_the_fit(perfect):
     proposals, boxes, _ = perfect
-    everything = DecodingRule(least_score=0, overlap=1.0)
+    everything = StereoRcnnDecodingRule(least_score=0, overlap=1.0)
     plain = select(proposals, boxes, SIZE, everything)[0]
     boxes = replace(boxes, fit_logits=torch.linspace(-3, 3, 60, dtype=torch.float64)[None])
     assert torch.equal(select(proposals, boxes, SIZE, everything)[0].scores, plain.scores)
@@ -137,6 +139,6 @@ def test_a_score_has_a_share_of_the_fit(perfect):
 
 def test_a_rule_is_checked():
     with pytest.raises(ConfigurationError, match=r"0\.\.1"):
-        DecodingRule(overlap=2)
+        StereoRcnnDecodingRule(overlap=2)
     with pytest.raises(ConfigurationError, match=r"0\.\.1"):
-        DecodingRule(fit_share=1.5)
+        StereoRcnnDecodingRule(fit_share=1.5)

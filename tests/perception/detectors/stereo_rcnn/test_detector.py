@@ -13,7 +13,7 @@ from avsec_gym.geometry import box_corners, project
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import SMALL, ProposalCount
-from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.detectors.stereo_rcnn.losses import FIT, TERMS
 from avsec_gym.perception.nn.region_counts import SampleCount
@@ -163,7 +163,9 @@ def test_losses_repeat_outside_of_training(detector):
 
 def test_fit_is_a_term_where_the_configuration_has_it():
     torch.manual_seed(0)
-    plain = StereoRcnnDetector(replace(NARROW, fit=False, rule=DecodingRule()), sample=SAMPLE)
+    plain = StereoRcnnDetector(
+        replace(NARROW, fit=False, rule=StereoRcnnDecodingRule()), sample=SAMPLE
+    )
     batch = batch_of_frames([frame()])
     assert tuple(plain.losses(batch, [LABELS])) == TERMS
     assert plain.draw(batch, [LABELS]).fit_targets is None

@@ -7,7 +7,7 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import FIRST_SMALL, RESNET101, SMALL
-from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.detectors.stereo_rcnn.editions import preset_of_weights
 from avsec_gym.perception.weights.model_card import ModelCard
@@ -43,4 +43,4 @@ def test_the_weights_in_the_package_keep_working():
 
 def test_a_share_of_the_fit_needs_the_fit():
     with pytest.raises(ConfigurationError, match="fit"):
-        replace(FIRST_SMALL, rule=DecodingRule(fit_share=0.5))
+        replace(FIRST_SMALL, rule=StereoRcnnDecodingRule(fit_share=0.5))

@@ -9,10 +9,10 @@ from torch.nn import functional
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.perception.detectors.stereo_rcnn.fit import fit_loss, fit_targets
-from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
-from avsec_gym.perception.detectors.stereo_rcnn.targets import DIMENSION_DEVIATION, Sampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import DIMENSION_DEVIATION, PairSampling
 from avsec_gym.perception.nn.box_coding import encode_boxes
 
 SIZE = (188, 621)
@@ -52,7 +52,7 @@ def case():
         ],
         1,
     )[None].double()
-    boxes = BoxOutput(
+    boxes = PairBoxOutput(
         torch.zeros(1, 3, 2), torch.zeros(1, 3, 2, 6, dtype=torch.float64), dimensions
     )
     labels = torch.tensor([[1, 1, 0]])
@@ -63,7 +63,7 @@ def case():
     boxes.box_deltas[:, :, 1, :4] = encode_boxes(left, grown) / torch.tensor([0.1, 0.1, 0.2, 0.2])
     deltas = encode_boxes(right, grown_right)[..., [0, 2]]
     boxes.box_deltas[:, :, 1, 4:] = deltas / torch.tensor([0.1, 0.2])
-    sampling = Sampling(nothing, nothing, left, right, labels, nothing, nothing, targets)
+    sampling = PairSampling(nothing, nothing, left, right, labels, nothing, nothing, targets)
     return boxes, KeypointOutput(logits), sampling
 
 

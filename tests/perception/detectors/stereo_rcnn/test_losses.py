@@ -9,7 +9,7 @@ import torch
 from torch.nn import functional
 
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
-from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.losses import (
     FIT,
     TERMS,
@@ -18,7 +18,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.losses import (
     smooth_l1,
 )
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
-from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSampling
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.store import save_weights
 
@@ -40,7 +40,7 @@ def case():
         64,
         64,
     )
-    boxes = BoxOutput(
+    boxes = PairBoxOutput(
         normal(BATCH, REGIONS, 2), normal(BATCH, REGIONS, 2, 6), normal(BATCH, REGIONS, 2, 5)
     )
     keypoints = KeypointOutput(normal(BATCH, REGIONS, 6, 28))
@@ -49,7 +49,7 @@ def case():
     cells[0, 0] = torch.tensor([60, 3, -1])
     cells[1, 0] = torch.tensor([111, -1, -1])
     on = (labels > 0)[..., None]
-    sampling = Sampling(
+    sampling = PairSampling(
         torch.tensor([[1, 0, -1, 0] * 3, [-1, 1, 0, -1] * 3]),
         normal(BATCH, ANCHORS, 6),
         normal(BATCH, REGIONS, 4),

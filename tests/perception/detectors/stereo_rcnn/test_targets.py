@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth
-from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, decode_stereo
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import PairProposals, decode_stereo
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
 from avsec_gym.perception.detectors.stereo_rcnn.targets import (
     BOX_DEVIATIONS,
@@ -59,7 +59,7 @@ def rpn_output(height=128, width=320):
 def regions(*pairs):
     left, right = torch.tensor(pairs, dtype=torch.float64).unbind(1)
     scores = torch.ones(1, len(pairs), dtype=torch.float64)
-    return Proposals(left[None], right[None], scores, scores > 0)
+    return PairProposals(left[None], right[None], scores, scores > 0)
 
 
 ELSEWHERE = ([10.0, 80, 40, 120], [5.0, 80, 35, 120])

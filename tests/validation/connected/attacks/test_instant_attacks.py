@@ -18,7 +18,7 @@ from avsec_gym.validation.connected.attacks.pasted_object import PastedObject
 from avsec_gym.validation.connected.attacks.removed_object import RemovedObject
 from avsec_gym.validation.connected.attacks.seen_objects import seen_objects
 from avsec_gym.validation.connected.recordings import RecordedInstant
-from avsec_gym.validation.connected.sweep import Sweep
+from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from tests.strange_values import STRANGE
 
@@ -80,7 +80,7 @@ def test_a_removed_object_has_no_points_left(instant: RecordedInstant) -> None:
 
 
 def test_a_ghost_in_a_rolling_scan_stands_still(instant: RecordedInstant) -> None:
-    clean, sweep = instant.scans[0], Sweep(20.0, 0.1)
+    clean, sweep = instant.scans[0], RollingSweep(20.0, 0.1)
     rolled = sweep.rolled(clean.points[:, :3].astype(float))
     points = np.c_[rolled, clean.points[:, 3]].astype(np.float32)
     scans = (VehicleScan(points, clean.pose, 0.0, sweep), *instant.scans[1:])

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import wrap_angle
 from avsec_gym.validation.connected.messages.crop_message import CropMessage
-from avsec_gym.validation.connected.messages.message_bytes import MessageKind, header
+from avsec_gym.validation.connected.messages.message_bytes import HeaderKind, header
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
 from avsec_gym.validation.connected.regions import Regions
 
@@ -66,8 +66,8 @@ def test_crops_come_back_to_the_stated_precision(seed: int, counts: list[int]) -
 
 
 @settings(deadline=None)
-@given(st.binary(max_size=200), st.sampled_from(list(MessageKind)), st.booleans())
-def test_garbage_is_refused_or_is_a_message(tail: bytes, kind: MessageKind, begun: bool) -> None:
+@given(st.binary(max_size=200), st.sampled_from(list(HeaderKind)), st.booleans())
+def test_garbage_is_refused_or_is_a_message(tail: bytes, kind: HeaderKind, begun: bool) -> None:
     content = header(kind, 1, 2) + tail if begun else tail
     for message in (RegionMessage, CropMessage):
         try:
@@ -92,15 +92,15 @@ def test_a_changed_byte_is_refused_or_changes_numbers_only(
     assert np.isfinite(back.pose).all()
 
 
-@pytest.mark.parametrize("kind", list(MessageKind))
-def test_a_thousand_million_of_anything_is_refused_by_its_header(kind: MessageKind) -> None:
-    message = {MessageKind.REGIONS: RegionMessage, MessageKind.CROPS: CropMessage}[kind]
+@pytest.mark.parametrize("kind", list(HeaderKind))
+def test_a_thousand_million_of_anything_is_refused_by_its_header(kind: HeaderKind) -> None:
+    message = {HeaderKind.REGIONS: RegionMessage, HeaderKind.CROPS: CropMessage}[kind]
     with pytest.raises(DataError, match="promises 1000000000"):
         message.from_bytes(header(kind, 0, 10**9) + bytes(100))
 
 
 def test_crops_that_promise_too_many_points_are_refused() -> None:
-    content = header(MessageKind.CROPS, 0, 2) + np.array([4e9, 4e9], "<u4").tobytes()
+    content = header(HeaderKind.CROPS, 0, 2) + np.array([4e9, 4e9], "<u4").tobytes()
     with pytest.raises(DataError, match="points"):
         CropMessage.from_bytes(content)
 

@@ -13,7 +13,7 @@ from avsec_gym.validation.connected.rays.claims import (
 )
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.validation.connected.sweep import Sweep
+from avsec_gym.validation.connected.sweep import RollingSweep
 from tests.validation.connected.rays.world_of_planes import Box, pose_at, scan_of
 
 _BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)
@@ -24,7 +24,7 @@ def _region(x: float, y: float, heading: float = 0.0) -> Regions:
 
 
 def test_claimed_voxels_are_those_of_the_sides_that_face_the_sensor() -> None:
-    still = Sweep(period=0.0)
+    still = RollingSweep(period=0.0)
     claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0)), still), _region(12.0, 0.0))
     x, y, z = claims.places(_region(12.0, 0.0)).T
     assert len(x) > 30
@@ -36,7 +36,7 @@ def test_claimed_voxels_are_those_of_the_sides_that_face_the_sensor() -> None:
 
 def test_layers_are_the_heights_at_which_there_are_voxels() -> None:
     region = _region(12.0, 0.0)
-    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0)), Sweep(period=0.0)), region)
+    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0)), RollingSweep(period=0.0)), region)
     heights = np.unique(claims.places(region)[:, 2].round(6))
     assert claims.layers(region).tolist() == [len(heights)]
     assert len(heights) > 3
@@ -44,7 +44,7 @@ def test_layers_are_the_heights_at_which_there_are_voxels() -> None:
 
 @pytest.mark.parametrize("heading", [0.4, np.pi / 2, -2.5])
 def test_voxels_of_a_turned_region_lie_at_the_same_surface(heading: float) -> None:
-    observer = observe(scan_of([_BOX], pose_at(0.0, 0.0)), Sweep(period=0.0))
+    observer = observe(scan_of([_BOX], pose_at(0.0, 0.0)), RollingSweep(period=0.0))
     region = _region(11.0, 0.0, heading)
     x, y, z = claim(observer, region).places(region).T
     front = np.abs(x - 10.0) <= VOXEL * np.sqrt(0.5) + 1e-9
@@ -55,11 +55,11 @@ def test_voxels_of_a_turned_region_lie_at_the_same_surface(heading: float) -> No
 
 def test_the_ground_claims_nothing() -> None:
     empty = scan_of([], pose_at(0.0, 0.0))
-    assert len(claim(observe(empty, Sweep(period=0.0)), _region(12.0, 0.0))) == 0
+    assert len(claim(observe(empty, RollingSweep(period=0.0)), _region(12.0, 0.0))) == 0
 
 
 def test_a_vehicle_that_drives_and_turns_claims_where_things_are() -> None:
-    sweep, region = Sweep(15.0, 0.3, 0.1), _region(-8.0, 9.0)
+    sweep, region = RollingSweep(15.0, 0.3, 0.1), _region(-8.0, 9.0)
     box: Box = (-10.0, -6.0, 8.0, 10.0, 0.0, 1.5)
     observer = observe(scan_of([box], pose_at(0.0, 0.0), sweep=sweep), sweep)
     x, y, z = claim(observer, region).places(region).T
@@ -69,7 +69,7 @@ def test_a_vehicle_that_drives_and_turns_claims_where_things_are() -> None:
 
 
 def test_what_moves_is_claimed_where_it_is_at_the_instant() -> None:
-    sweep, region = Sweep(0.0, 0.0, 0.1), _region(12.0, 0.0)
+    sweep, region = RollingSweep(0.0, 0.0, 0.1), _region(12.0, 0.0)
     scan = scan_of([_BOX], pose_at(0.0, 0.0), time=0.1, sweep=sweep, velocity=(15.0, 0.0))
     carried = claim(observe(scan, sweep), region, np.array([[15.0, 0.0]]))
     left = claim(observe(scan, sweep), region)
@@ -80,7 +80,7 @@ def test_what_moves_is_claimed_where_it_is_at_the_instant() -> None:
 def test_a_vehicle_among_regions_without_end_claims_no_more_than_fits() -> None:
     rng = np.random.default_rng(0)
     box = (*_BOX[:4], 0.0, 3.0)
-    observer = observe(scan_of([box], pose_at(0.0, 0.0)), Sweep(period=0.0))
+    observer = observe(scan_of([box], pose_at(0.0, 0.0)), RollingSweep(period=0.0))
     centre = np.array([12.0, 0.0, 0.0]) + rng.normal(0, 0.1, (300, 3))
     regions = Regions(centre, np.tile([4.0, 2.0, 3.0], (300, 1)), rng.normal(0, 0.1, 300))
     claims = claim(observer, regions)

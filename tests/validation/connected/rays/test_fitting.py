@@ -5,13 +5,13 @@ import pytest
 
 from avsec_gym.errors import DataError
 from avsec_gym.validation.connected.rays.fitting import (
-    Calibration,
     LabelledCounts,
+    ScoreCalibration,
     fit_calibration,
     fit_margins,
     fit_rates,
 )
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 
 
 def _drawn(present: list[float], absent: list[float], seed: int = 0) -> LabelledCounts:
@@ -38,7 +38,7 @@ def test_independent_rays_count_in_full_and_rays_that_err_together_do_not() -> N
 
 
 def test_margins_that_separate_win() -> None:
-    sharp, blunt = Margins(beyond=0.4), Margins(beyond=0.6)
+    sharp, blunt = WitnessMargins(beyond=0.4), WitnessMargins(beyond=0.6)
     counts = {
         0.4: _drawn([0.9, 0.1, 0.0], [0.1, 0.9, 0.0]),
         0.6: _drawn([0.6, 0.4, 0], [0.4, 0.6, 0]),
@@ -58,7 +58,7 @@ def test_nothing_is_fitted_on_a_handful() -> None:
 def test_a_calibration_gives_probabilities_that_come_true() -> None:
     rng = np.random.default_rng(1)
     scores = rng.normal(0.0, 4.0, 20_000)
-    attacked = rng.random(20_000) < Calibration(0.5, -1.0).probability(scores)
+    attacked = rng.random(20_000) < ScoreCalibration(0.5, -1.0).probability(scores)
     half = scores[:10_000], attacked[:10_000]
     probability = fit_calibration(*half).probability(scores[10_000:])
     for low in np.arange(0.0, 1.0, 0.2):

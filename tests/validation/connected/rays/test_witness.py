@@ -7,16 +7,16 @@ import pytest
 
 from avsec_gym.validation.connected.rays.claims import Claims, claim
 from avsec_gym.validation.connected.rays.observer import Observer, observe
-from avsec_gym.validation.connected.rays.witness import OCCLUDED, THROUGH, Margins, outcomes
+from avsec_gym.validation.connected.rays.witness import OCCLUDED, THROUGH, WitnessMargins, outcomes
 from avsec_gym.validation.connected.rays.witness_counts import count_rays
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.validation.connected.sweep import TIP, Sweep
+from avsec_gym.validation.connected.sweep import TIP, RollingSweep
 from tests.validation.connected.rays.world_of_planes import HEIGHT, Box, pose_at, scan_of
 
 _BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)
 _REGION = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[4.0, 2.0, 1.5]]), np.zeros(1))
-_EXACT = Margins(position_noise=0.0, heading_noise=0.0)
-_STILL = Sweep(period=0.0)
+_EXACT = WitnessMargins(position_noise=0.0, heading_noise=0.0)
+_STILL = RollingSweep(period=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def claims() -> Claims:
     return claim(observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2)), _STILL), _REGION)
 
 
-def _shares(witness: Observer, claims: Claims, margins: Margins = _EXACT) -> np.ndarray:
+def _shares(witness: Observer, claims: Claims, margins: WitnessMargins = _EXACT) -> np.ndarray:
     """Supporting, passing and missing shares of the only claim's voxels."""
     counts = count_rays(witness, claims, _REGION, margins).counts
     return np.asarray(counts[0] / claims.count[0])
@@ -93,18 +93,18 @@ def test_with_margins_for_noise_a_wrong_pose_does_not_contradict(
     wrong = true.copy()
     wrong[:2, 3] += error
     scan = scan_of([_BOX], true)
-    support, through, _ = _shares(observe(type(scan)(scan.points, wrong)), claims, Margins())
+    support, through, _ = _shares(observe(type(scan)(scan.points, wrong)), claims, WitnessMargins())
     assert through < 0.03
     assert support > 0.3
 
 
 def test_with_those_margins_a_ghost_is_still_seen_through(claims: Claims) -> None:
     witness = observe(scan_of([], pose_at(0.3, 0.3)), _STILL)
-    assert _shares(witness, claims, Margins())[1] > 0.6
+    assert _shares(witness, claims, WitnessMargins())[1] > 0.6
 
 
 def test_what_moves_is_looked_for_where_it_is_by_then() -> None:
-    velocity, sweep = (12.0, 0.0), Sweep(10.0, 0.2, 0.1)
+    velocity, sweep = (12.0, 0.0), RollingSweep(10.0, 0.2, 0.1)
     moving = {"velocity": velocity, "sweep": sweep}
     first = observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2), time=0.0, **moving), sweep)
     other = observe(scan_of([_BOX], pose_at(26.0, 6.0, -2.7), time=0.1, **moving), sweep)
@@ -127,7 +127,7 @@ def test_what_neither_tracks_may_have_moved_along_its_heading(speed: float) -> N
     region = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[0.5, 2.0, 1.5]]), np.zeros(1))
     claims = claim(first, region)
 
-    def counted(margins: Margins) -> np.ndarray:
+    def counted(margins: WitnessMargins) -> np.ndarray:
         return np.asarray(count_rays(other, claims, region, margins).counts[0])
 
     still = counted(replace(_EXACT, fastest=0.0))
@@ -149,7 +149,7 @@ def test_a_witness_far_away_says_nothing(claims: Claims) -> None:
 
 
 def test_a_vehicle_that_turns_while_it_looks_finds_things_where_they_are(claims: Claims) -> None:
-    sweep = Sweep(20.0, 0.5, 0.1)
+    sweep = RollingSweep(20.0, 0.5, 0.1)
     for heading in (0.4, 2.5, -1.2):
         pose = pose_at(3.0, -6.0, heading)
         support, through, _ = _shares(observe(scan_of([_BOX], pose, sweep=sweep), sweep), claims)

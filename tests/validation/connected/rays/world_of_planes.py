@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.sweep import TIP, Sweep
+from avsec_gym.validation.connected.sweep import TIP, RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 Box = tuple[float, float, float, float, float, float]
@@ -27,7 +27,7 @@ def scan_of(
     pose: Floats,
     *,
     time: float = 0.0,
-    sweep: Sweep = Sweep(0.0, 0.0, 0.0),
+    sweep: RollingSweep = RollingSweep(0.0, 0.0, 0.0),
     velocity: tuple[float, float] = (0.0, 0.0),
     hidden: Sequence[Box] = (),
 ) -> VehicleScan:

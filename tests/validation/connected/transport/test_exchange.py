@@ -13,14 +13,14 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.rays.claims import claim
 from avsec_gym.validation.connected.rays.observer import observe
-from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.rays.witness_counts import count_rays
 from avsec_gym.validation.connected.transport.exchange import (
     InstantOutcome,
     judge_instant,
     take_part,
 )
-from avsec_gym.validation.connected.transport.packets import Packet, Step
+from avsec_gym.validation.connected.transport.packets import Packet, PacketStep
 from avsec_gym.validation.connected.transport.station_port import StationPort
 from avsec_gym.validation.connected.transport.vehicle_port import Faults, VehiclePort
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -45,7 +45,7 @@ def scans() -> list[VehicleScan]:
     # What is compiled when it is called first is so before clocks run.
     scan = scan_of(_POSES[0], _CAR)
     regions = ClusterProposer()(scan.points)
-    count_rays(observe(scan), claim(observe(scan), regions), regions, Margins())
+    count_rays(observe(scan), claim(observe(scan), regions), regions, WitnessMargins())
     return [scan_of(pose, *boxes) for pose, boxes in zip(_POSES, seen, strict=True)]
 
 
@@ -105,13 +105,13 @@ def _garbage(port: VehiclePort, scan: VehicleScan) -> None:
 
 
 def _hang_up(port: VehiclePort, scan: VehicleScan) -> None:
-    port.send_bytes(Packet(Step.PROPOSALS, 7, bytes(100)).to_bytes()[:50])
+    port.send_bytes(Packet(PacketStep.PROPOSALS, 7, bytes(100)).to_bytes()[:50])
     port.close()
 
 
 def _noise_in_packets(port: VehiclePort, scan: VehicleScan) -> None:
     random = np.random.default_rng(1)
-    for step in (Step.PROPOSALS, Step.CLAIMS, Step.COUNTS):
+    for step in (PacketStep.PROPOSALS, PacketStep.CLAIMS, PacketStep.COUNTS):
         for about in range(4):
             port.send(Packet(step, 7, random.bytes(200), about))
             port.send(Packet(step, 8, random.bytes(200), about))
@@ -154,18 +154,22 @@ def test_what_comes_too_early_is_kept_and_what_comes_late_is_not() -> None:
         joining.start()
         port = VehiclePort(station.number)
         joining.join()
-        for step, instant in ((Step.CLAIMS, 4), (Step.PROPOSALS, 5), (Step.PROPOSALS, 4)):
+        for step, instant in (
+            (PacketStep.CLAIMS, 4),
+            (PacketStep.PROPOSALS, 5),
+            (PacketStep.PROPOSALS, 4),
+        ):
             port.send(Packet(step, instant, b"abc"))
-        assert station.gather(Step.PROPOSALS, 4, len, 5.0) == {(0, 0): 3}
-        assert station.gather(Step.CLAIMS, 4, len, 5.0) == {(0, 0): 3}
-        port.send(Packet(Step.CLAIMS, 4, b"late"))
-        assert station.gather(Step.PROPOSALS, 5, len, 5.0) == {(0, 0): 3}
-        assert station.gather(Step.CLAIMS, 5, len, 0.2) == {}
+        assert station.gather(PacketStep.PROPOSALS, 4, len, 5.0) == {(0, 0): 3}
+        assert station.gather(PacketStep.CLAIMS, 4, len, 5.0) == {(0, 0): 3}
+        port.send(Packet(PacketStep.CLAIMS, 4, b"late"))
+        assert station.gather(PacketStep.PROPOSALS, 5, len, 5.0) == {(0, 0): 3}
+        assert station.gather(PacketStep.CLAIMS, 5, len, 0.2) == {}
         assert station.tally == {"late": 1}
         # A flood of later packets is not kept.
         for _ in range(50):
-            port.send(Packet(Step.CLAIMS, 99, b"abc"))
-        station.gather(Step.CLAIMS, 6, len, 0.2)
+            port.send(Packet(PacketStep.CLAIMS, 99, b"abc"))
+        station.gather(PacketStep.CLAIMS, 6, len, 0.2)
         assert station.tally["too early"] == 42
         port.close()
 

@@ -8,13 +8,13 @@ from avsec_gym.errors import DataError
 from avsec_gym.validation.connected.transport.packets import (
     MOST_BYTES,
     Packet,
+    PacketStep,
     PacketStream,
-    Step,
 )
 
 _PACKETS = st.builds(
     Packet,
-    st.sampled_from(Step),
+    st.sampled_from(PacketStep),
     st.integers(0, 2**32 - 1),
     st.binary(max_size=60),
     st.integers(0, 255),
@@ -54,8 +54,8 @@ def test_garbage_ends_the_stream_or_waits(content: bytes) -> None:
 
 def test_what_is_too_long_is_neither_sent_nor_awaited() -> None:
     with pytest.raises(DataError):
-        Packet(Step.CLAIMS, 0, bytes(MOST_BYTES + 1)).to_bytes()
-    sound = bytearray(Packet(Step.CLAIMS, 0, b"abc").to_bytes())
+        Packet(PacketStep.CLAIMS, 0, bytes(MOST_BYTES + 1)).to_bytes()
+    sound = bytearray(Packet(PacketStep.CLAIMS, 0, b"abc").to_bytes())
     sound[8:12] = (10**9).to_bytes(4, "little")
     with pytest.raises(DataError):
         PacketStream().feed(bytes(sound))
