@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from torch import nn
 
     from avsec_gym.perception.training.task import Task
-    from avsec_gym.perception.training.trainer import Compute, HeldOutResult, TrainingResult
+    from avsec_gym.perception.training.trainer import TrainingResult
+    from avsec_gym.perception.training.training_run import Compute, HeldOutResult
 
 
 WEIGHTS = "weights.safetensors"

@@ -61,7 +61,7 @@ REASONS = {
     "runs/run_folder.py": {"sqlite3.connect"},
     # Texts that this process, or one that it has started, has made itself.
     "runs/experiment.py": {"json.loads"},
-    "perception/training/trainer.py": {"json.loads"},
+    "perception/training/training_run.py": {"json.loads"},
     "perception/weights/recorded.py": {"json.loads"},
     "validation/validation_folder.py": {"json.loads"},
     # A text that the door has read, with its remedy.

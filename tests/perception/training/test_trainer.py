@@ -20,7 +20,8 @@ from avsec_gym.perception.training.arithmetic import Choice
 from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
 from avsec_gym.perception.training.curves import CURVES, PICTURE, read_curves
-from avsec_gym.perception.training.trainer import Compute, HeldOutResult, TrainingResult, train
+from avsec_gym.perception.training.trainer import TrainingResult, train
+from avsec_gym.perception.training.training_run import Compute, HeldOutResult
 
 
 @dataclass
