@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from enum import StrEnum
@@ -137,11 +137,9 @@ def run_experiments(
                 JOURNAL.info("%s: %d of %d cells", ", ".join(needs), len(missing), len(cells))
                 count = min(workers, len(missing))
                 team = _team(cluster, configuration, count, manifest["threads"], root / LOG)
-                with closing(_stored(missing, team, store)) as outcomes:
-                    for finished, (cell, failure) in enumerate(outcomes, start=len(there) + 1):
-                        if failure is not None:
-                            failures.append((cell, failure.error))
-                        on_progress(finished, len(cells))
+                failures = _failures(
+                    missing, team, store, lambda done: on_progress(len(there) + done, len(cells))
+                )
                 sitting |= {"ended": now(), "done": len(missing) - len(failures)}
                 sitting["failed"] = len(failures)
                 write_manifest(root, manifest)
@@ -178,18 +176,27 @@ def _manifest(
     return asked if there is None else continued(root, there, asked)
 
 
-def _stored(
-    cells: Sequence[Cell], team: Workers, store: ResultStore
-) -> Generator[tuple[Cell, Failed | None], None, None]:
-    """Have cells done and store their results; yields each with its failure, if it failed."""
+def _failures(
+    cells: Sequence[Cell], team: Workers, store: ResultStore, on_finished: Callable[[int], None]
+) -> list[tuple[Cell, str]]:
+    """Have cells done and store their results; those that failed, and why.
+
+    Args:
+        cells: The cells.
+        team: The workers, who are sent home at the end.
+        store: The store of the results.
+        on_finished: Called after each cell with the number of finished ones.
+    """
+    failures = []
     with closing(team), closing(finished_cells(cells, team)) as outcomes:
-        for cell, outcome in outcomes:
+        for finished, (cell, outcome) in enumerate(outcomes, start=1):
             stored = store.add(cell, outcome)
-            failure = stored if isinstance(stored, Failed) else None
-            if failure is not None:
-                trace = f"\n{failure.trace}" if failure.trace else ""
-                JOURNAL.error("failed: %s %s: %s%s", cell.work, cell.key, failure.error, trace)
-            yield cell, failure
+            if isinstance(stored, Failed):
+                trace = f"\n{stored.trace}" if stored.trace else ""
+                JOURNAL.error("failed: %s %s: %s%s", cell.work, cell.key, stored.error, trace)
+                failures.append((cell, stored.error))
+            on_finished(finished)
+    return failures
 
 
 def _workers(
