@@ -15,7 +15,7 @@ class TableCell:
 
     Args:
         text: The figure.
-        interval: Beside it, smaller.
+        interval: The interval, beside it and smaller.
         thesis: The thesis' figure.
         hint: What is shown when a pointer rests on it.
         key: The value that the column is sorted by; None: its text.
@@ -104,7 +104,7 @@ def figure(
         interval: Low and high.
         thesis: The thesis' figure, in the same unit.
         scale: All three are multiplied by it: 100 makes shares percent.
-        digits: Behind the point.
+        digits: The number of digits behind the point.
         signed: Whether a plus is written.
         hint: See `TableCell`.
     """

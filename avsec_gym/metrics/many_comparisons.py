@@ -57,7 +57,7 @@ def holm_findings(p_values: ArrayLike, alpha: float = ALPHA) -> NDArray[np.bool_
 
     Args:
         p_values: As of `holm_adjusted`.
-        alpha: That probability, above 0 and below 1.
+        alpha: The probability, above 0 and below 1.
 
     Returns:
         The same shape; false where there was nothing to test.

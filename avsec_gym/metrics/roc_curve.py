@@ -98,7 +98,7 @@ def roc_area(
         positives: Scores of positives.
         negatives: Scores of negatives; clusters of the same name are drawn together.
         resamples: Number of bootstrap samples.
-        seed: Of the bootstrap.
+        seed: The seed of the bootstrap.
 
     Example:
         >>> two = ["first", "second"]

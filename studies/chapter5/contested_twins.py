@@ -32,7 +32,7 @@ def chosen(scenarios: SceneSet, count: int, seed: int = 0) -> list[str]:
         scenarios: The authors' labelled scenarios.
         count: How many contested ones are drawn; highways among them are left out, since a data
             set has one road type.
-        seed: Of the draw.
+        seed: The seed of the draw.
 
     Raises:
         ConfigurationError: There are fewer.

@@ -20,7 +20,7 @@ def scene_precision(labels: Boxes3D, seen: Boxes3D, min_iou: float) -> float:
 
     Args:
         labels: The labels of the scene, DontCare regions among them; all cars count, however far.
-        seen: Its detections; cars count, and those in DontCare regions are not held against it.
+        seen: The detections; cars count, and those in DontCare regions are not held against it.
         min_iou: Least intersection over union of volumes with which a detection finds a car.
 
     Returns:

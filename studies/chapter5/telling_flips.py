@@ -38,7 +38,7 @@ class FlipRow:
         became_unsafe: Number of those that are not under attack.
         scenes: Number of scenes that these are in.
         area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
-        interval: Its 95 % interval, by bootstrap over scenarios with all their attacks.
+        interval: The 95 % interval, by bootstrap over scenarios with all their attacks.
         more: How much larger it is than that of the average precision.
     """
 

@@ -72,7 +72,7 @@ class Ranking:
     Args:
         rho: Spearman's correlation, over settings, of the share of first plans that are not safe
             with the share of drives with a collision; None: one of them is the same for all.
-        interval: Its 95 % interval over resampled clusters; None: there is none.
+        interval: The 95 % interval over resampled clusters; None: there is none.
     """
 
     rho: float | None

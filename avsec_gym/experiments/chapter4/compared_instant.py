@@ -61,7 +61,7 @@ class ComparedInstant:
             tell, shape (R,).
         distances: Distances of the surfaces of all pairs of vehicles, metres, shape (R, V, V), NaN
             where nothing was compared (equation 4.1).
-        results: By method.
+        results: The results by method.
     """
 
     regions: Regions

@@ -24,9 +24,9 @@ class DistanceDistribution:
 
     Args:
         condition: Name of the condition.
-        bins: By state, the share of distances in each of 40 equal bins from 0 to `LARGEST`; the
+        bins: The share of distances, by state, in each of 40 equal bins from 0 to `LARGEST`; the
             last one holds all beyond. Under an attack these are distances of the victim's surface.
-        below: By state, the distances below the thesis' bound, 0.8 m.
+        below: The distances, by state, below the thesis' bound, 0.8 m.
     """
 
     condition: str

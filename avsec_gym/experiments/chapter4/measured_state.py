@@ -34,13 +34,13 @@ class MeasuredState:
     Args:
         place: Name of the place, which stands in one instant only.
         attacked: Whether something was attacked: not every scan offers something.
-        decidable: Of each region, whether some vehicle has enough rays to tell, shape (R,).
+        decidable: Whether some vehicle has enough rays to decide on each region, shape (R,).
             Without an attack these are all regions, under one those about what was attacked.
-        scores: By method, of each region; -inf where nothing was compared, shape (R,).
-        named: By method, `Naming` of each region, shape (R,); empty without an attack.
+        scores: The score of each region, by method; -inf where nothing was compared, shape (R,).
+        named: The `Naming` of each region, by method, shape (R,); empty without an attack.
         distances: Distances of pairs of surfaces, metres, shape (D,): of all pairs, under an
             attack those of the victim (equation 4.1).
-        nbytes: By method, what each vehicle sent, shape (V,); empty under an attack.
+        nbytes: The bytes that each vehicle sent, by method, shape (V,); empty under an attack.
     """
 
     place: str

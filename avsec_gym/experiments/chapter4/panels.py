@@ -46,7 +46,7 @@ def steps_panel(
         title: Above the drawing.
         below: Below its x axis.
         right: Where the last bin ends; the first one begins at 0.
-        shown: By class names, the share in each of equal bins.
+        shown: The share in each of equal bins, by class names.
         bound: Where a dashed line stands.
     """
     highest = max(max(shares) for shares in shown.values())

@@ -32,8 +32,8 @@ class RocRow:
         attacks: Number of decidable attacks.
         regions: Number of decidable attack-free regions.
         area: The area under the curve.
-        true_positives: By false positive rate, 0.01, 0.03 and 0.1 as texts: the attacks detected at
-            the threshold that this share of the judged attack-free regions exceeds.
+        true_positives: The attacks detected at the threshold that a share of the judged attack-free
+            regions exceeds, by this share: 0.01, 0.03 and 0.1 as texts.
         curve: False and true positive rates, no more than 400 points.
     """
 

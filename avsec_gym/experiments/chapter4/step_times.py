@@ -68,7 +68,7 @@ def step_times(timings: Mapping[str, Mapping[str, float]]) -> list[StepTime]:
     """The steps that a run measured.
 
     Args:
-        timings: By part, ``cells`` and ``seconds`` of all of them.
+        timings: The ``cells`` and ``seconds`` of each part.
     """
     return [
         StepTime(method, where, step, part["seconds"] / part["cells"], int(part["cells"]))

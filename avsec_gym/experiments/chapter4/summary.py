@@ -25,7 +25,7 @@ class ConnectedSummary:
     """All figures of a run on connected vehicles.
 
     Args:
-        instants: By condition, the number of instants of each part.
+        instants: The number of instants of each part, by condition.
         distances: Distances of surfaces.
         detection: Detection over r.
         roc: ROC curves.

@@ -74,7 +74,7 @@ def upheld_by_rays(
     Args:
         decision: What was decided of R regions.
         counts: What witness ``k`` reports of the claim of ``j``, shape (R, V, V, 3).
-        layers: In how many layers of voxels each vehicle's claim lies, shape (R, V).
+        layers: The number of layers of voxels in which each vehicle's claim lies, shape (R, V).
         authors: Lone author of each region, shape (R,).
         rates: The chances of rays.
         rule: The rule, with the ratio from which on a vehicle accuses.

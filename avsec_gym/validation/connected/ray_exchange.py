@@ -41,7 +41,8 @@ class Testimonies:
     Args:
         counts: What witness ``k`` reports of the claim of ``j``, 0 where it does not, shape
             (R, V, V, 3).
-        layers: In how many layers of voxels each vehicle's claim lies, 0 without one, shape (R, V).
+        layers: The number of layers of voxels in which each vehicle's claim lies, 0 without one,
+            shape (R, V).
     """
 
     counts: NDArray[np.int64]

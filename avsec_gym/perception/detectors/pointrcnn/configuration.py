@@ -143,7 +143,7 @@ class PointRcnnConfiguration:
         levels: The levels of the backbone, fine to coarse.
         propagation: Channels of the layers back up, fine to coarse; the first are those of points.
         head: Channels of the hidden layers of segmentation and of boxes.
-        dropout: Behind the first of them, in training.
+        dropout: The dropout behind the first of them, in training.
         coding: The coding of the boxes that points propose.
         object_score: Points that score higher are marked for the second stage.
         proposals: The number of proposals in use.

@@ -31,7 +31,7 @@ class YoloConfiguration:
         stem_channels: Channels after the first convolution.
         stage_blocks: Residual blocks of the five stages, each of which halves the resolution.
         stage_channels: What comes out of the stages; the last three lead to the three scales.
-        normalisation: Behind each convolution.
+        normalisation: The normalisation behind each convolution.
         edges: How convolutions see beyond the edge of their inputs.
         priors: Box sizes, a third of them for each scale, smallest first.
         prior_objectness: What an untrained network takes the probability of an object for.

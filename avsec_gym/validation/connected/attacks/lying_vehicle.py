@@ -67,10 +67,11 @@ def lie_about(target: Regions, numbers: Floats) -> Lie:
 
     Args:
         target: A region of honest vehicles, world frame, one, which the lie bends.
-        numbers: From 0 to 1, shape (`NUMBERS`,): 3 that move the region by up to half of its size,
-            3 that halve or double its sizes, 1 that turns it by up to 90 degrees, each 0.5 for the
-            region itself; 6 for the part that is claimed, 2 for its velocity up to 30 m/s, 2 for
-            where the vehicle states to be, up to 40 m away, and 1 that denies above 0.3.
+        numbers: The choices from 0 to 1, shape (`NUMBERS`,): 3 that move the region by up to half
+            of its size, 3 that halve or double its sizes, 1 that turns it by up to 90 degrees, each
+            0.5 for the region itself; 6 for the part that is claimed, 2 for its velocity up to
+            30 m/s, 2 for where the vehicle states to be, up to 40 m away, and 1 that denies above
+            0.3.
     """
     numbers = np.clip(numbers, 0.0, 1.0)
     off = 2.0 * numbers - 1.0
