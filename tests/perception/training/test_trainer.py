@@ -15,7 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from avsec_gym.errors import AvsecError, DataError
-from avsec_gym.perception.training import trainer
+from avsec_gym.perception.training import training_run
 from avsec_gym.perception.training.arithmetic import Choice
 from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
@@ -124,10 +124,12 @@ def test_a_run_goes_on_in_the_numbers_that_it_began_with(
     measured = replace(SIX_STEPS, arithmetic="measured")
     for pays in (True, False):
         kind, folder = (torch.bfloat16 if pays else torch.float32), tmp_path / str(pays)
-        monkeypatch.setattr(trainer, "choose_arithmetic", lambda *_, pays=pays: Choice(pays))
+        monkeypatch.setattr(training_run, "choose_arithmetic", lambda *_, pays=pays: Choice(pays))
         with pytest.raises(KeyboardInterrupt):
             train(Watched(stop_after=2), measured, folder)
-        monkeypatch.setattr(trainer, "choose_arithmetic", lambda *_, pays=pays: Choice(not pays))
+        monkeypatch.setattr(
+            training_run, "choose_arithmetic", lambda *_, pays=pays: Choice(not pays)
+        )
         assert train(Watched(), measured, folder, resume=True).finished
         assert seen == {kind}
         seen.clear()
