@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.rays.decision import DecisionRule
-from avsec_gym.validation.connected.rays.fitting import ScoreCalibration
+from avsec_gym.validation.connected.rays.fitting import ScoreProbability
 from avsec_gym.validation.connected.rays.rates import RayRates
 from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.surfaces.distance import THESIS_EPSILON
@@ -40,8 +40,8 @@ class ConnectedConstants:
     rule: DecisionRule = field(default_factory=DecisionRule)
     epsilon: float = THESIS_EPSILON
     theta: float = THESIS_THETA
-    of_distance: ScoreCalibration = field(
-        default_factory=lambda: ScoreCalibration(slope=4.0, offset=-4.0 * THESIS_THETA)
+    of_distance: ScoreProbability = field(
+        default_factory=lambda: ScoreProbability(slope=4.0, offset=-4.0 * THESIS_THETA)
     )
 
     def __post_init__(self) -> None:

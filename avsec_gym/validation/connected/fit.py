@@ -17,7 +17,7 @@ from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.distance_thresholds import distance_threshold
 from avsec_gym.validation.connected.rays.decision import DecisionRule
-from avsec_gym.validation.connected.rays.fitting import ScoreCalibration
+from avsec_gym.validation.connected.rays.fitting import ScoreProbability
 from avsec_gym.validation.connected.rays.rates import RayRates
 from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.scan_pattern import ScanPattern, scan_pattern
@@ -60,11 +60,11 @@ class ConnectedFit:
     rates: RayRates
     margins: WitnessMargins
     see_through: float
-    calibration: ScoreCalibration
+    calibration: ScoreProbability
     clean_scores: tuple[float, ...]
     epsilon: float
     clean_distances: tuple[float, ...]
-    of_distance: ScoreCalibration
+    of_distance: ScoreProbability
     rule: DecisionRule = field(default_factory=DecisionRule)
 
     def __post_init__(self) -> None:
@@ -190,11 +190,11 @@ def read_connected_fit(path: str | Path) -> ConnectedFit:
             _made(RayRates, content["rates"]),
             _made(WitnessMargins, content["margins"]),
             _number(content["see_through"]),
-            _made(ScoreCalibration, content["calibration"]),
+            _made(ScoreProbability, content["calibration"]),
             tuple(-np.inf if score is None else float(_number(score)) for score in scores),
             _number(content["epsilon"]),
             tuple(_number(distance) for distance in distances),
-            _made(ScoreCalibration, content["of_distance"]),
+            _made(ScoreProbability, content["of_distance"]),
         )
         # What decides by it has checks of its own; what no fit can hold is the file's fault.
         fit.constants()

@@ -27,7 +27,7 @@ from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.rays.decision import DecisionRule, decide
 from avsec_gym.validation.connected.rays.fitting import (
     LabelledCounts,
-    ScoreCalibration,
+    ScoreProbability,
     fit_calibration,
     fit_rates,
 )
@@ -217,9 +217,9 @@ def _labelled(
 
 def _fitted_scores(
     clean: list[NDArray[np.int64]], attacked: list[NDArray[np.int64]], rates: RayRates
-) -> tuple[float, ScoreCalibration]:
+) -> tuple[float, ScoreProbability]:
     """How likely see-through things are, and the calibration, with the least logistic loss."""
-    best: tuple[float, float, ScoreCalibration] | None = None
+    best: tuple[float, float, ScoreProbability] | None = None
     for see_through in _SEE_THROUGH:
         rule = DecisionRule(see_through=see_through)
         of_clean, of_attacked = (

@@ -16,7 +16,7 @@ from avsec_gym.perception.detectors.faster_rcnn.network import FasterRcnnNetwork
 from avsec_gym.perception.detectors.faster_rcnn.region_proposals import RpnOutput
 from avsec_gym.perception.detectors.faster_rcnn.targets import (
     BOX_DEVIATIONS,
-    RegionSampling,
+    RegionSamples,
     draw_sampling,
 )
 from avsec_gym.perception.detectors.image_network_detector import ImageNetworkDetector
@@ -64,7 +64,7 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         self.sample = given_sample or (_SMALL_SAMPLE if is_small else _PUBLISHED_SAMPLE)
 
     def losses(
-        self, images: Tensor, truth: Sequence[Boxes3D], sampling: RegionSampling | None = None
+        self, images: Tensor, truth: Sequence[Boxes3D], sampling: RegionSamples | None = None
     ) -> dict[str, Tensor]:
         """The four terms; see `DifferentiableImageDetector.losses`.
 
@@ -78,13 +78,13 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         return detection_terms(rpn, self.network.box_head(pyramid, sampling.regions), sampling)
 
     @torch.no_grad()
-    def draw(self, images: Tensor, truth: Sequence[Boxes3D]) -> RegionSampling:
+    def draw(self, images: Tensor, truth: Sequence[Boxes3D]) -> RegionSamples:
         """The proposals, samples and targets that `losses` would take for these pixels."""
         return self._run(images, truth, None)[2]
 
     def _run(
-        self, images: Tensor, truth: Sequence[Boxes3D], sampling: RegionSampling | None
-    ) -> tuple[FeaturePyramid, RpnOutput, RegionSampling]:
+        self, images: Tensor, truth: Sequence[Boxes3D], sampling: RegionSamples | None
+    ) -> tuple[FeaturePyramid, RpnOutput, RegionSamples]:
         inputs = self.prepare(images)
         pyramid = self.network.features(inputs)
         rpn: RpnOutput = self.network.rpn(pyramid)

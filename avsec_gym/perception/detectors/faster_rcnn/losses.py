@@ -8,7 +8,7 @@ from torch.nn import functional
 
 from avsec_gym.perception.detectors.faster_rcnn.network import RegionBoxOutput
 from avsec_gym.perception.detectors.faster_rcnn.region_proposals import RpnOutput
-from avsec_gym.perception.detectors.faster_rcnn.targets import RegionSampling
+from avsec_gym.perception.detectors.faster_rcnn.targets import RegionSamples
 
 TERMS = ("rpn_class", "rpn_box", "class", "box")
 
@@ -17,7 +17,7 @@ _RPN_BEND = 1 / 9
 
 
 def detection_terms(
-    rpn: RpnOutput, boxes: RegionBoxOutput, sampling: RegionSampling
+    rpn: RpnOutput, boxes: RegionBoxOutput, sampling: RegionSamples
 ) -> dict[str, Tensor]:
     """The terms by name as in `TERMS`; all have weight 1.
 

@@ -1,6 +1,6 @@
 """What the network should have said: sampled anchors and regions and their targets.
 
-A `RegionSampling` holds every choice that is not differentiable (which anchors, which regions,
+A `RegionSamples` holds every choice that is not differentiable (which anchors, which regions,
 which object each belongs to), so that with one of them fixed the loss is a function of the pixels
 alone.
 """
@@ -30,7 +30,7 @@ _REGION_OVERLAP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class RegionSampling:
+class RegionSamples:
     """Of B images with A anchors and R sampled regions each.
 
     Args:
@@ -55,7 +55,7 @@ def draw_sampling(
     truths: Sequence[ImageTruth],
     count: SampleCount,
     generator: torch.Generator | None,
-) -> RegionSampling:
+) -> RegionSamples:
     """Sampled targets for a batch.
 
     Args:
@@ -73,7 +73,7 @@ def draw_sampling(
             _anchor_targets(rpn, truth, count, generator)
             + _region_targets(regions, truth, count, generator)
         )
-    return RegionSampling(*(torch.stack(column) for column in zip(*rows, strict=True)))
+    return RegionSamples(*(torch.stack(column) for column in zip(*rows, strict=True)))
 
 
 def _anchor_targets(
@@ -90,7 +90,7 @@ def _anchor_targets(
 def _region_targets(
     regions: Tensor, truth: ImageTruth, count: SampleCount, generator: torch.Generator | None
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Regions, labels and targets as in `RegionSampling`."""
+    """Regions, labels and targets as in `RegionSamples`."""
     true = torch.zeros(len(regions), dtype=torch.bool, device=regions.device)
     owner = torch.zeros(len(regions), dtype=torch.long, device=regions.device)
     if len(truth.boxes):

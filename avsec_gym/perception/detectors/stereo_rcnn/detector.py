@@ -41,7 +41,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.losses import (
 from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
-from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSampling, draw_sampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSamples, draw_sampling
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.presets import checked_configuration
@@ -154,7 +154,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         batch: StereoBatch,
         truth: Sequence[Boxes3D],
         disparity: Tensor | None = None,
-        sampling: PairSampling | None = None,
+        sampling: PairSamples | None = None,
     ) -> dict[str, Tensor]:
         """The six weighted terms (`avsec_gym.perception.detectors.stereo_rcnn.losses.TERMS`).
 
@@ -181,7 +181,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         return weighted
 
     @torch.no_grad()
-    def draw(self, batch: StereoBatch, truth: Sequence[Boxes3D]) -> PairSampling:
+    def draw(self, batch: StereoBatch, truth: Sequence[Boxes3D]) -> PairSamples:
         """The proposals, samples and targets that `losses` would take for these pixels."""
         pyramids, rpn, sampling = self._run(batch, truth, None)
         if not self.configuration.fit:
@@ -207,8 +207,8 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         return left, right
 
     def _run(
-        self, batch: StereoBatch, truth: Sequence[Boxes3D], sampling: PairSampling | None
-    ) -> tuple[tuple[FeaturePyramid, FeaturePyramid], StereoRpnOutput, PairSampling]:
+        self, batch: StereoBatch, truth: Sequence[Boxes3D], sampling: PairSamples | None
+    ) -> tuple[tuple[FeaturePyramid, FeaturePyramid], StereoRpnOutput, PairSamples]:
         left, right = self.prepare(batch)
         pyramids = self.network.pair_features(left, right)
         rpn = self.network.rpn(*pyramids)
@@ -221,7 +221,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         return pyramids, rpn, sampling
 
     def _heads(
-        self, pyramids: tuple[FeaturePyramid, FeaturePyramid], sampling: PairSampling
+        self, pyramids: tuple[FeaturePyramid, FeaturePyramid], sampling: PairSamples
     ) -> tuple[PairBoxOutput, KeypointOutput, Tensor]:
         """The heads' output for the sampled regions, and the keypoints that are their targets."""
         boxes = self.network.box_head(*pyramids, sampling.left, sampling.right)
@@ -247,7 +247,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         rpn: StereoRpnOutput,
         boxes: PairBoxOutput,
         keypoints: KeypointOutput,
-        sampling: PairSampling,
+        sampling: PairSamples,
     ) -> Tensor:
         truths, size = self._truths(batch, truth, rpn), (rpn.height, rpn.width)
         return fit_targets(boxes, keypoints, sampling, truths, _cameras(batch), size)

@@ -27,7 +27,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
 from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
-from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSamples
 from avsec_gym.perception.nn.box_coding import overlaps
 
 
@@ -46,7 +46,7 @@ def fit_loss(logits: Tensor, targets: Tensor) -> Tensor:
 def fit_targets(
     boxes: PairBoxOutput,
     keypoints: KeypointOutput,
-    sampling: PairSampling,
+    sampling: PairSamples,
     truths: Sequence[StereoTruth],
     cameras: Sequence[StereoCamera],
     size: tuple[int, int],
@@ -58,7 +58,7 @@ def fit_targets(
 
     Args:
         boxes: The boxes for the sampled regions.
-        keypoints: The keypoints for those that have any, see `PairSampling.with_keypoints`.
+        keypoints: The keypoints for those that have any, see `PairSamples.with_keypoints`.
         sampling: The sampled regions.
         truths: The objects of each image, in pixels of the network's input.
         cameras: The camera of each pair.

@@ -10,7 +10,7 @@ from torch.nn import functional
 
 from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
-from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSamples
 
 TERMS = ("rpn_class", "rpn_box", "class", "box", "dimensions", "keypoints")
 """In the order of the published checkpoints' `uncert`."""
@@ -57,7 +57,7 @@ def detection_terms(
     rpn: StereoRpnOutput,
     boxes: PairBoxOutput,
     keypoints: KeypointOutput,
-    sampling: PairSampling,
+    sampling: PairSamples,
     keypoint_targets: Tensor,
     background_sizes: bool = True,
 ) -> dict[str, Tensor]:
@@ -86,7 +86,7 @@ def smooth_l1(difference: Tensor, sharpness: float = 1.0) -> Tensor:
     return torch.where(size < 1 / square, 0.5 * square * size**2, size - 0.5 / square)
 
 
-def _rpn_terms(rpn: StereoRpnOutput, sampling: PairSampling) -> tuple[Tensor, Tensor]:
+def _rpn_terms(rpn: StereoRpnOutput, sampling: PairSamples) -> tuple[Tensor, Tensor]:
     sampled, true = sampling.anchor_labels >= 0, sampling.anchor_labels == 1
     classes = functional.cross_entropy(rpn.logits[sampled], sampling.anchor_labels[sampled])
     difference = rpn.deltas[true] - sampling.anchor_targets[true]
@@ -96,7 +96,7 @@ def _rpn_terms(rpn: StereoRpnOutput, sampling: PairSampling) -> tuple[Tensor, Te
 
 
 def _region_terms(
-    boxes: PairBoxOutput, sampling: PairSampling, background_sizes: bool
+    boxes: PairBoxOutput, sampling: PairSamples, background_sizes: bool
 ) -> tuple[Tensor, Tensor, Tensor]:
     labels = sampling.labels.flatten()
     rows = torch.arange(len(labels), device=labels.device)

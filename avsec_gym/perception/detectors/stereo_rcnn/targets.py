@@ -1,6 +1,6 @@
 """What the network should have said: sampled anchors and regions and their targets (SPEC 3, 5).
 
-A `PairSampling` holds every choice that is not differentiable (which anchors, which regions, which
+A `PairSamples` holds every choice that is not differentiable (which anchors, which regions, which
 object each belongs to), so that with one of them fixed the loss is a function of the pixels alone.
 """
 
@@ -38,7 +38,7 @@ _REGION_OVERLAP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class PairSampling:
+class PairSamples:
     """Of B images with A anchors and R sampled regions each.
 
     Args:
@@ -93,7 +93,7 @@ def draw_sampling(
     truths: Sequence[StereoTruth],
     count: SampleCount,
     generator: torch.Generator | None,
-) -> PairSampling:
+) -> PairSamples:
     """Sampled targets for a batch.
 
     Args:
@@ -113,7 +113,7 @@ def draw_sampling(
             _anchor_targets(rpn, objects, count, generator)
             + _region_targets(left, right, objects, count, generator)
         )
-    return PairSampling(*(torch.stack(column) for column in zip(*rows, strict=True)))
+    return PairSamples(*(torch.stack(column) for column in zip(*rows, strict=True)))
 
 
 class _Objects:
@@ -168,7 +168,7 @@ def _region_targets(
     count: SampleCount,
     generator: torch.Generator | None,
 ) -> tuple[Tensor, ...]:
-    """As in `PairSampling`: a region belongs to the object that both views meet."""
+    """As in `PairSamples`: a region belongs to the object that both views meet."""
     true = torch.zeros(len(left), dtype=torch.bool, device=left.device)
     owner = torch.zeros(len(left), dtype=torch.long, device=left.device)
     false = ~true

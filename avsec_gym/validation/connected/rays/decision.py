@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from avsec_gym.argument_checks import number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.rays.fitting import ScoreCalibration
+from avsec_gym.validation.connected.rays.fitting import ScoreProbability
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
 
 CANNOT_TELL = -1
@@ -42,7 +42,7 @@ class DecisionRule:
     certain: float = 0.9
     accuser: float = 1.0
     see_through: float = -1.0
-    calibration: ScoreCalibration = field(default_factory=ScoreCalibration)
+    calibration: ScoreProbability = field(default_factory=ScoreProbability)
 
     def __post_init__(self) -> None:
         if not (0 < self.alarm < 1 and 0.5 <= self.certain < 1 and self.accuser > 0):

@@ -106,7 +106,7 @@ def fit_margins(
 
 
 @dataclass(frozen=True)
-class ScoreCalibration:
+class ScoreProbability:
     """From a score to a probability: ``1 / (1 + exp(-(slope * score + offset)))``.
 
     Args:
@@ -132,7 +132,7 @@ class ScoreCalibration:
 
 def fit_calibration(
     scores: ArrayLike, attacked: ArrayLike, prior: float | None = None
-) -> ScoreCalibration:
+) -> ScoreProbability:
     """Logistic regression of attacks on scores, with targets a little off 0 and 1 (Platt, 1999).
 
     Args:
@@ -165,7 +165,7 @@ def fit_calibration(
     offset = float(solution[1]) - slope * float(score.mean())
     if prior is not None:
         offset += float(np.log(prior / (1 - prior)) - np.log(ones / zeros))
-    return ScoreCalibration(slope, offset)
+    return ScoreProbability(slope, offset)
 
 
 def _chances(counts: NDArray[np.int64]) -> Floats:

@@ -11,7 +11,7 @@ from avsec_gym.perception.detectors.faster_rcnn.network import RegionBoxOutput
 from avsec_gym.perception.detectors.faster_rcnn.region_proposals import RegionProposals, RpnOutput
 from avsec_gym.perception.detectors.faster_rcnn.targets import (
     BOX_DEVIATIONS,
-    RegionSampling,
+    RegionSamples,
     draw_sampling,
 )
 from avsec_gym.perception.detectors.image_truth import ImageTruth
@@ -26,9 +26,7 @@ TRUTH = ImageTruth(OBJECTS, torch.tensor([1, 0]), VAN)
 COUNT = SampleCount(64, 0.5, 32, 0.25)
 
 
-def _draw(
-    truth: ImageTruth = TRUTH, count: SampleCount = COUNT
-) -> tuple[RpnOutput, RegionSampling]:
+def _draw(truth: ImageTruth = TRUTH, count: SampleCount = COUNT) -> tuple[RpnOutput, RegionSamples]:
     shapes = [(128 // stride, 320 // stride) for stride in (4, 8, 16, 32, 64)]
     sizes, ratios = (12, 24, 48, 96, 192), (0.5, 1.0, 2.0)
     anchors = pyramid_anchors(shapes, (4, 8, 16, 32, 64), sizes, ratios).float()

@@ -12,7 +12,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.fit import fit_loss, fit_targets
 from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
-from avsec_gym.perception.detectors.stereo_rcnn.targets import DIMENSION_DEVIATION, PairSampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import DIMENSION_DEVIATION, PairSamples
 from avsec_gym.perception.nn.box_coding import encode_boxes
 
 SIZE = (188, 621)
@@ -63,7 +63,7 @@ def case():
     boxes.box_deltas[:, :, 1, :4] = encode_boxes(left, grown) / torch.tensor([0.1, 0.1, 0.2, 0.2])
     deltas = encode_boxes(right, grown_right)[..., [0, 2]]
     boxes.box_deltas[:, :, 1, 4:] = deltas / torch.tensor([0.1, 0.2])
-    sampling = PairSampling(nothing, nothing, left, right, labels, nothing, nothing, targets)
+    sampling = PairSamples(nothing, nothing, left, right, labels, nothing, nothing, targets)
     return boxes, KeypointOutput(logits), sampling
 
 

@@ -18,7 +18,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.losses import (
     smooth_l1,
 )
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
-from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSamples
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.store import save_weights
 
@@ -49,7 +49,7 @@ def case():
     cells[0, 0] = torch.tensor([60, 3, -1])
     cells[1, 0] = torch.tensor([111, -1, -1])
     on = (labels > 0)[..., None]
-    sampling = PairSampling(
+    sampling = PairSamples(
         torch.tensor([[1, 0, -1, 0] * 3, [-1, 1, 0, -1] * 3]),
         normal(BATCH, ANCHORS, 6),
         normal(BATCH, REGIONS, 4),

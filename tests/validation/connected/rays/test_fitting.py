@@ -6,7 +6,7 @@ import pytest
 from avsec_gym.errors import DataError
 from avsec_gym.validation.connected.rays.fitting import (
     LabelledCounts,
-    ScoreCalibration,
+    ScoreProbability,
     fit_calibration,
     fit_margins,
     fit_rates,
@@ -58,7 +58,7 @@ def test_nothing_is_fitted_on_a_handful() -> None:
 def test_a_calibration_gives_probabilities_that_come_true() -> None:
     rng = np.random.default_rng(1)
     scores = rng.normal(0.0, 4.0, 20_000)
-    attacked = rng.random(20_000) < ScoreCalibration(0.5, -1.0).probability(scores)
+    attacked = rng.random(20_000) < ScoreProbability(0.5, -1.0).probability(scores)
     half = scores[:10_000], attacked[:10_000]
     probability = fit_calibration(*half).probability(scores[10_000:])
     for low in np.arange(0.0, 1.0, 0.2):
