@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 SCHEMAS: Mapping[str, int] = {
-    "demo": 1,
+    "demo": 2,
     "evaluate": 1,
     "detect": 1,
     "ap": 1,

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from avsec_gym import console
 from avsec_gym.argument_checks import whole_number
-from avsec_gym.commands.report import Report
+from avsec_gym.commands.report import PAGE, Report
 from avsec_gym.commands.run import Run
 
 if TYPE_CHECKING:
-    from avsec_gym.experiments.demo import DemoRow
+    from avsec_gym.experiments.demo.rates import DemoRow
 
 _NAME = "demo"
 _PICTURES = 4
@@ -20,12 +20,13 @@ _PICTURES = 4
 
 @dataclass(frozen=True)
 class Demo:
-    """Attack two detectors in procedural scenes: what does it take of precision, what of safety?
+    """Attack two detectors where something is in the way: what do they see, how does the car drive?
 
-    Renders stereo pairs of streets and highways into the user's cache, once; lets DSGN and Stereo
-    R-CNN look at them unattacked, under the thesis' PGD and with a patch in the view; drives left,
-    straight and right by what they believe; and writes a page with tables and pictures. A demo that
-    was stopped goes on when the command is given again.
+    Renders stereo pairs of streets and highways into the user's cache, once, in which a car that
+    sees nothing would drive unsafely; lets DSGN and Stereo R-CNN look at them unattacked, under the
+    thesis' PGD and with a patch in the view; drives left, straight and right by what they believe;
+    and writes a page with pictures and tables. A demo that was stopped goes on when the command is
+    given again.
     """
 
     out: Path = Path("runs/demo")
@@ -42,15 +43,16 @@ class Demo:
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
         from avsec_gym.experiments.chapter5.section.findings import outcomes_of
-        from avsec_gym.experiments.demo import demo_rows, unpatched
+        from avsec_gym.experiments.demo.experiment import unpatched
+        from avsec_gym.experiments.demo.rates import demo_rows
         from avsec_gym.experiments.json_rows import as_json
-        from avsec_gym.experiments.procedural_frames import PROCEDURAL
+        from avsec_gym.experiments.procedural_frames import CONTESTED
         from avsec_gym.runs.run_folder import RunFolder
         from avsec_gym.world.export.suites import MOST_FRAMES
 
         whole_number("--scenarios", self.scenarios, 1, MOST_FRAMES)
         ran = Run(
-            (_NAME,), PROCEDURAL, self.scenarios, self.seed, out=self.out, workers=self.workers
+            (_NAME,), CONTESTED, self.scenarios, self.seed, out=self.out, workers=self.workers
         ).run()
         folder = RunFolder.open(self.out)
         rows = demo_rows(outcomes_of(folder))
@@ -60,13 +62,13 @@ class Demo:
             console.say(f"avsec: no patch against {detector}: there is no trained one here")
         page = Report(self.out, pictures=_PICTURES)
         report, reported = page.written()
-        answer = report.data.get("answer")
         if self.json:
-            figures = {"out": str(self.out), "rates": as_json(rows), "answer": answer}
+            story = report.data.get("story", [])
+            figures = {"out": str(self.out), "story": story, "rates": as_json(rows)}
             console.print_json("demo", figures)
-        for case in answer["detectors"] if answer else []:
-            console.say(f"{case['name']}: {' '.join(case['took'])}")
-        console.say(page.sentence(report))
+        for sentence in report.sentences:
+            console.say(sentence)
+        console.say(f"{self.out / PAGE}: the drives in pictures")
         return max(ran, reported)
 
 

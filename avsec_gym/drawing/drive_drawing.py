@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import shapely
@@ -17,10 +17,15 @@ _AHEAD, _ASIDE = (-7.0, 38.0), 11.0
 """Metres that are shown, from behind to ahead of the start, and to either side."""
 _PIXELS = 12.0
 """To the metre."""
+_HOLD = 1.5
+"""Seconds that the end of a drive is shown before it begins again."""
 
 
 def draw_drive_from_above(drive: Episode, *, vehicle: Vehicle = BMW_320I) -> str:
     """The first 38 m, forward to the right; class names identify each shape.
+
+    The car and what really moves do so, at the pace of the plan, up to a collision, again and
+    again: the page has `pauseAnimations` to stop them.
 
     Args:
         drive: The planned trajectory and its check.
@@ -48,7 +53,9 @@ def _parts(drive: Episode, vehicle: Vehicle) -> Iterator[str]:
     last = problem.last_step
     if plan.trajectory is not None:
         last = plan.first_step + len(plan.trajectory) - 1
-    yield from _obstacles(drive.truth, problem.start.step, last)
+    if plan.trajectory is not None and drive.record.collision:
+        last = plan.first_step + round(drive.record.collision_time / problem.dt)
+    yield from _obstacles(drive.truth, range(problem.start.step, last + 1), problem.dt)
     for area in problem.obstacles.polygons(problem.start.step):
         if area is not None:
             yield from _area(area, "believed")
@@ -58,7 +65,10 @@ def _parts(drive: Episode, vehicle: Vehicle) -> Iterator[str]:
         yield f'<polyline points="{_places(plan.trajectory[:, :2])}" class="trajectory"/>'
     start = problem.start
     own = footprints(np.array([[start.x, start.y, 0.0, start.heading, 0.0]]), vehicle)[0]
-    yield f'<polygon points="{_places(own)}" class="ego"/>'
+    way = [own]
+    if plan.trajectory is not None:
+        way = [*footprints(plan.trajectory[: last + 1 - plan.first_step], vehicle)]
+    yield _moving(way, problem.dt, "ego")
     if drive.record.collision and plan.trajectory is not None:
         x, y = _at(plan.trajectory[round(drive.record.collision_time / problem.dt), :2][None])[0]
         yield (
@@ -69,15 +79,38 @@ def _parts(drive: Episode, vehicle: Vehicle) -> Iterator[str]:
     yield f'<path d="M{left:g} {bottom:g}h{5 * _PIXELS:g}" class="scale"/>'
 
 
-def _obstacles(obstacles: Obstacles, first: int, last: int) -> Iterator[str]:
+def _obstacles(obstacles: Obstacles, steps: range, dt: float) -> Iterator[str]:
     """Where they are, and faintly where those that move are going to be."""
-    now, later = obstacles.polygons(first), obstacles.polygons(last)
-    for number in range(len(obstacles)):
-        if not obstacles.static[number] and later[number] is not None:
+    now, later = obstacles.polygons(steps[0]), obstacles.polygons(steps[-1])
+    moving = ~obstacles.static
+    for number in np.flatnonzero(moving):
+        if later[number] is not None:
             yield from _area(later[number], "real later")
-    for area in now:
-        if area is not None:
+    ways = [obstacles.polygons(step) for step in steps] if moving.any() else []
+    for number, area in enumerate(now):
+        if area is None:
+            continue
+        way = [areas[number] for areas in ways] if moving[number] else []
+        # What comes, goes or is of several parts stays where it begins.
+        if way and all(isinstance(each, shapely.Polygon) for each in way):
+            yield _moving([np.array(each.exterior.coords) for each in way], dt, "real")
+        else:
             yield from _area(area, "real")
+
+
+def _moving(outlines: Sequence[Floats], dt: float, kind: str) -> str:
+    """A shape that goes through outlines of as many corners, one for each time step."""
+    first, seconds = _places(outlines[0]), dt * (len(outlines) - 1)
+    if seconds == 0:
+        return f'<polygon points="{first}" class="{kind}"/>'
+    total = seconds + _HOLD
+    values = ";".join(_places(each) for each in (*outlines, outlines[-1]))
+    times = ";".join(f"{dt * step / total:.4f}" for step in range(len(outlines))) + ";1"
+    return (
+        f'<polygon points="{first}" class="{kind}"><animate attributeName="points"'
+        f' values="{values}" keyTimes="{times}" dur="{total:g}s" repeatCount="indefinite"/>'
+        "</polygon>"
+    )
 
 
 def _area(area: shapely.Geometry, kind: str) -> Iterator[str]:

@@ -25,6 +25,7 @@ from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import scene_of_layout
 from avsec_gym.world.export.data_set import Progress
 from avsec_gym.world.export.default_suites import cached
+from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.export.suites import LayoutFrames
 from avsec_gym.world.layouts import MOST_LAYOUTS, generate_layout
 
@@ -108,10 +109,26 @@ def contested_frames(
     Raises:
         ConfigurationError: A number of frames that is not from 1 to `MOST_LAYOUTS`.
     """
+    recipe = contested_recipe(frames, seed=seed)
+    return cached(f"contested-{seed}-{frames}", recipe, on_progress=on_progress)
+
+
+def contested_recipe(
+    frames: int, *, seed: int = 0, sensors: Sensors = Sensors()
+) -> ContestedFrames:
+    """How the first contested scenes of a set of layouts are rendered.
+
+    Args:
+        frames: Number of frames.
+        seed: Seed of the set of layouts.
+        sensors: What is rendered of each.
+
+    Raises:
+        ConfigurationError: A number of frames that is not from 1 to `MOST_LAYOUTS`.
+    """
     whole_number("frames", frames, 1, MOST_LAYOUTS)
     numbers = tuple(islice(_numbers(seed), frames))
-    recipe = ContestedFrames("mixed", frames, seed, numbers=numbers)
-    return cached(f"contested-{seed}-{frames}", recipe, on_progress=on_progress)
+    return ContestedFrames("mixed", frames, seed, sensors, numbers=numbers)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.evaluation.contested import contested_recipe
 from avsec_gym.unknown_source import unknown_source
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.recipe import Sensors
@@ -13,6 +14,8 @@ from avsec_gym.world.export.suites import suite_recipe
 
 PROCEDURAL = "procedural"
 """What these scenarios are called."""
+CONTESTED = "procedural_contested"
+"""The first of them that are contested: in which it matters what a car sees."""
 USUAL_COUNT = 12
 
 _FIRST_SET = 1000
@@ -35,7 +38,7 @@ def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
         raise unknown_source(scenarios, names, f"Name a folder, or {' or '.join(names)}.")
 
 
-def procedural_frames(count: int | None = None, seed: int = 0) -> Path:
+def procedural_frames(count: int | None = None, seed: int = 0, *, contested: bool = False) -> Path:
     """Stereo pairs of streets and highways in KITTI's object layout, with labels, without LiDAR.
 
     Made in the user's cache on first use, by two processes, while the log states how long it takes,
@@ -44,6 +47,7 @@ def procedural_frames(count: int | None = None, seed: int = 0) -> Path:
     Args:
         count: The number of frames; `USUAL_COUNT` if None.
         seed: Other seeds are other scenes, all of them new to the package's networks.
+        contested: Only scenes that are contested, see `avsec_gym.evaluation.contested`.
 
     Returns:
         Their folder.
@@ -59,5 +63,9 @@ def procedural_frames(count: int | None = None, seed: int = 0) -> Path:
     if seed < 0:
         raise ConfigurationError(f"a seed is 0 or more, got {seed}")
     count = USUAL_COUNT if count is None else count
-    recipe = suite_recipe("mixed", count, _FIRST_SET + seed, sensors=Sensors(lidar=False))
+    sensors = Sensors(lidar=False)
+    if contested:
+        chosen = contested_recipe(count, seed=_FIRST_SET + seed, sensors=sensors)
+        return cached(f"{CONTESTED}-{seed}-{count}", chosen)
+    recipe = suite_recipe("mixed", count, _FIRST_SET + seed, sensors=sensors)
     return cached(f"{PROCEDURAL}-{seed}-{count}", recipe)

@@ -67,7 +67,8 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
 
     Every experiment of the catalogue is asked, since experiments share cells: what it finds follows
     from the results, not from what the run was asked for. Experiments of others are asked where
-    they are installed by an entry point, or the request names them.
+    they are installed by an entry point, or the request names them. An experiment that stands alone
+    is asked in a run of its own, and nothing else is then.
 
     Args:
         run: The run.
@@ -79,10 +80,15 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
     """
     known, problems = importable_experiments()
     asked = [*known, *map(experiment, request.experiments)]
+    every = [each.section for each in asked]
+    (first, *others) = run.manifest["experiments"]
+    asked = [each for each in asked if each.alone and [each.name, *others] == [first]] or [
+        each for each in asked if not each.alone
+    ]
     places = list(dict.fromkeys(each.section for each in asked if each.section))
     findings = [_findings(place, run, request) for place in places]
     findings += [Findings(remarks=[f"{problem}."]) for problem in problems]
-    findings += [Findings(remarks=remarks) for remarks in [_unasked(run, places)] if remarks]
+    findings += [Findings(remarks=remarks) for remarks in [_unasked(run, every)] if remarks]
     _check_names(findings)
     own = next(iter(run.manifest["experiments"].values()))["question"]
     question = next((found.question for found in findings if found.question), own)

@@ -19,7 +19,7 @@ GROUP = "avsec_gym.experiments"
 _LOG = logging.getLogger(__name__)
 
 EXPERIMENTS: dict[str, str] = {
-    "demo": "avsec_gym.experiments.demo:DEMO",
+    "demo": "avsec_gym.experiments.demo.experiment:DEMO",
     "pipeline": "avsec_gym.experiments.pipeline_drives:PIPELINE",
     "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
     "five_sensors": "avsec_gym.experiments.chapter3.experiments:FIVE_SENSORS",

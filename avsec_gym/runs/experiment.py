@@ -198,6 +198,8 @@ class Experiment:
         usual: Scenarios, and how many of them, where the user names none.
         section: ``"module:function"`` that makes its sections of a report, see
             `avsec_gym.runs.section`; empty: its rates stand among those of other settings.
+        alone: Whether a run that was asked for it alone is shown by its section alone; other runs
+            that share its cells are then shown without it.
     """
 
     name: str
@@ -208,6 +210,7 @@ class Experiment:
     options: Mapping[str, Any] = field(default_factory=dict)
     usual: Configuration = Configuration()
     section: str = ""
+    alone: bool = False
 
 
 def with_defaults(configuration: Configuration, experiments: Sequence[Experiment]) -> Configuration:

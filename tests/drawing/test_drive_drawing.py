@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.drive_drawing import draw_drive_from_above
 from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene import Motion, Scene
 
 
 def cars(*places: tuple[float, float]) -> Boxes3D:
@@ -50,3 +51,43 @@ def test_a_contact_is_marked_and_no_plan_has_no_trajectory() -> None:
     assert 'class="contact"' in draw_drive_from_above(hit)
     blocked = run_episode(scene, Intention.STRAIGHT, cars((0.0, 0.0)))
     assert 'class="trajectory"' not in draw_drive_from_above(blocked)
+
+
+def film(drawing: str, kind: str) -> list[np.ndarray]:
+    """Middles over time of the one shape of a kind that moves, metres; and its key times."""
+    pattern = rf'class="{kind}"><animate attributeName="points" values="([^"]+)" keyTimes="([^"]+)"'
+    ((values, times),) = re.findall(pattern, drawing)
+    outlines = [
+        np.array([place.split(",") for place in each.split()], float) for each in values.split(";")
+    ]
+    middles = np.array([(each.min(axis=0) + each.max(axis=0)) / 2 for each in outlines]) / 12
+    return [middles * (1, -1) + (-7, 11), np.array(times.split(";"), float)]
+
+
+def test_the_car_goes_its_way_at_its_pace() -> None:
+    elsewhere = cars((30.0, 9.0))
+    drives = [
+        run_episode(Scene("000000", real), Intention.STRAIGHT, elsewhere)
+        for real in (elsewhere, cars((10.0, 0.0)))
+    ]
+    assert [drive.record.outcome for drive in drives] == ["safe", "collision"]
+    for drive in drives:
+        way, times = film(draw_drive_from_above(drive), "ego")
+        assert drive.plan.trajectory is not None
+        driven = drive.plan.trajectory[:, :2]
+        if drive.record.collision:
+            driven = driven[: round(drive.record.collision_time / 0.1) + 1]
+        # It rests at the end for a while.
+        np.testing.assert_allclose(way, [*driven, driven[-1]], atol=0.1)
+        assert times[-2] / times[1] == pytest.approx(len(driven) - 1, rel=0.01)
+        assert times[0] == 0 < times[-2] < times[-1] == 1
+
+
+def test_what_moves_is_where_it_is_at_each_time() -> None:
+    boxes = replace(cars((14.0, 4.0), (20.0, -5.0)), moving=np.array([True, False]))
+    drive = run_episode(Scene("000000", boxes), Intention.STRAIGHT, None, motion=Motion.TRUTH)
+    way, _ = film(draw_drive_from_above(drive), "real")
+    for step, middle in enumerate(way[:-1]):
+        place = drive.truth.polygons(step)[0].centroid
+        assert middle == pytest.approx((place.x, place.y), abs=0.1)
+    assert np.ptp(way[:, 0]) > 1

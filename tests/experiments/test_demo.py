@@ -12,7 +12,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5 import attacked_drives, true_drives
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
-from avsec_gym.experiments.demo import DEMO, demo_rows, unpatched
+from avsec_gym.experiments.demo.experiment import DEMO, unpatched
+from avsec_gym.experiments.demo.rates import demo_rows
 from avsec_gym.metrics.average_precision_curves import best_average_precisions
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.runs.catalogue import experiment

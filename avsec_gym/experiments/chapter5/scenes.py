@@ -16,6 +16,7 @@ from avsec_gym.attacks.side_area import (
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID, Options
 from avsec_gym.experiments.procedural_frames import (
+    CONTESTED,
     PROCEDURAL,
     check_place,
     procedural_frames,
@@ -45,7 +46,7 @@ PYRAMID_OPTIONS = {**OPTIONS, WITHOUT_PYRAMID: ""}
 
 
 def scenes_of(configuration: Configuration) -> FrameScenes:
-    """The scenes of a run, with their sensor data; `PROCEDURAL` ones are made on first use."""
+    """The scenes of a run, with their sensor data; procedural ones are made on first use."""
     options = {**OPTIONS, **configuration.options}
     return _scenes(
         configuration.scenarios, options["frames"], configuration.limit, configuration.seed
@@ -90,9 +91,9 @@ def _has_maps(scenes: FrameScenes, scene: Scene) -> bool:
 
 @cache
 def _scenes(scenarios: str, frames: str, limit: int | None, seed: int) -> FrameScenes:
-    check_place(scenarios, SUITES)
-    if scenarios == PROCEDURAL:
-        scenarios = str(procedural_frames(limit, seed))
+    check_place(scenarios, (CONTESTED, *SUITES))
+    if scenarios in (PROCEDURAL, CONTESTED):
+        scenarios = str(procedural_frames(limit, seed, contested=scenarios == CONTESTED))
     if not frames:
         return frame_scenes(scenarios, count=limit, seed=seed)
     return frame_scenes(frames.split(","), scenarios=scenarios, count=limit, seed=seed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from avsec_gym.errors import AvsecError
@@ -15,13 +15,17 @@ from avsec_gym.runs.section import ReportRequest
 if TYPE_CHECKING:
     from avsec_gym.experiments.chapter5.section.scene_strip import SceneStrip
     from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
+    from avsec_gym.experiments.chapter5.section.telling_scenes import Telling
 
 SPREAD = "feature_spread.png"
 """The file of figure 5.8."""
 
 
 def strips_of(
-    run: RunFolder, outcomes: Outcomes | None, request: ReportRequest
+    run: RunFolder,
+    outcomes: Outcomes | None,
+    request: ReportRequest,
+    choose: Callable[[Outcomes, int, float], list[Telling]] | None = None,
 ) -> tuple[list[SceneStrip], list[str]]:
     """Strips of the most telling scenes, and the reason if there are none.
 
@@ -29,13 +33,15 @@ def strips_of(
         run: The run.
         outcomes: The run's outcomes, if it has any of chapter 5.
         request: The number of pictures that are asked for.
+        choose: Which drives are shown, of the outcomes, at most how many, and the least score of a
+            detection that is planned on; None: `telling_scenes`.
     """
     from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
 
     if outcomes is None:
         return [], []
     options = {**OPTIONS, **run.configuration.options}
-    telling = telling_scenes(outcomes, request.pictures, options["score_threshold"])
+    telling = (choose or telling_scenes)(outcomes, request.pictures, options["score_threshold"])
     if not telling:
         return [], []
     from avsec_gym.experiments.chapter5 import attacked_drives

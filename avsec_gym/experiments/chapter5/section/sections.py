@@ -76,6 +76,12 @@ def scenes_section(strips: Sequence[SceneStrip]) -> Section:
     Args:
         strips: One for each scene.
     """
+    parts = [shown_strips(strips)]
+    return Section("scenes", "Seen in scenes", parts=parts, link="Scenes", context=RULES)
+
+
+def shown_strips(strips: Sequence[SceneStrip]) -> Markup:
+    """The pictures as HTML, for `style_and_script`."""
     environment = Environment(
         loader=PackageLoader(_PACKAGE),
         autoescape=True,
@@ -83,8 +89,7 @@ def scenes_section(strips: Sequence[SceneStrip]) -> Section:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    shown = environment.get_template("scenes.html.j2").render(strips=strips)
-    return Section("scenes", "Seen in scenes", parts=[Markup(shown)], link="Scenes", context=RULES)
+    return Markup(environment.get_template("scenes.html.j2").render(strips=strips))
 
 
 def style_and_script() -> tuple[str, str]:

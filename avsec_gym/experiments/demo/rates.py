@@ -1,33 +1,18 @@
-"""The demo: chapter 5 in small, both detectors in a dozen procedural scenes, in minutes."""
+"""Rates and precision of the demo: a row for each detector and attack."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from statistics import fmean
 
-from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
-from avsec_gym.experiments.chapter5.experiments import SECTION
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Outcomes
-from avsec_gym.experiments.chapter5.scenes import OPTIONS
-from avsec_gym.experiments.chapter5.settings import (
-    DETECTORS,
-    PATCHES,
-    PERTURBATIONS,
-    UNATTACKED,
-    Options,
-)
-from avsec_gym.experiments.chapter5.trained import patches_there
-from avsec_gym.experiments.chapter5.true_drives import true_cells
+from avsec_gym.experiments.chapter5.settings import UNATTACKED
 from avsec_gym.experiments.json_rows import keyed
-from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
 from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm
-from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 from avsec_gym.scenario.intention import Intention
-
-_PATCH = PATCHES[0]
 
 
 @dataclass(frozen=True)
@@ -55,12 +40,6 @@ class DemoRow:
     precision_ceiling: float | None
     labels: int | None
     rates: SafetyRates
-
-
-def unpatched(options: Options) -> tuple[str, ...]:
-    """Detectors that there is no trained patch against: the demo leaves their patch out."""
-    there = {**OPTIONS, **options}
-    return tuple(name for name in DETECTORS if "patch" not in patches_there(name, there))
 
 
 def demo_rows(outcomes: Outcomes) -> list[DemoRow]:
@@ -99,25 +78,3 @@ def demo_rows(outcomes: Outcomes) -> list[DemoRow]:
             )
         )
     return rows
-
-
-def _demo_cells(configuration: Configuration) -> list[Cell]:
-    without = unpatched(configuration.options)
-    cells = true_cells(configuration)
-    for detector in DETECTORS:
-        patches = () if detector in without else (_PATCH,)
-        attacks = (UNATTACKED, PERTURBATIONS[-1], *patches)
-        cells += attacked_cells(configuration, attacks, (detector,))
-    return cells
-
-
-DEMO = Experiment(
-    "demo",
-    "What do attacks take of precision and of driving safety, in a dozen scenes?",
-    "Chapter 5",
-    _demo_cells,
-    attacked_inputs,
-    {**OPTIONS, "sanity_sheet": False},
-    Configuration(PROCEDURAL, USUAL_COUNT),
-    section=SECTION,
-)

@@ -1,0 +1,48 @@
+"""The demo: chapter 5 in small, both detectors in a dozen contested scenes, in minutes."""
+
+from __future__ import annotations
+
+from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.scenes import OPTIONS
+from avsec_gym.experiments.chapter5.settings import (
+    DETECTORS,
+    PATCHES,
+    PERTURBATIONS,
+    UNATTACKED,
+    Options,
+)
+from avsec_gym.experiments.chapter5.trained import patches_there
+from avsec_gym.experiments.chapter5.true_drives import true_cells
+from avsec_gym.experiments.procedural_frames import CONTESTED, USUAL_COUNT
+from avsec_gym.runs.experiment import Cell, Configuration, Experiment
+
+_PATCH = PATCHES[0]
+
+
+def unpatched(options: Options) -> tuple[str, ...]:
+    """Detectors that there is no trained patch against: the demo leaves their patch out."""
+    there = {**OPTIONS, **options}
+    return tuple(name for name in DETECTORS if "patch" not in patches_there(name, there))
+
+
+def _demo_cells(configuration: Configuration) -> list[Cell]:
+    without = unpatched(configuration.options)
+    cells = true_cells(configuration)
+    for detector in DETECTORS:
+        patches = () if detector in without else (_PATCH,)
+        attacks = (UNATTACKED, PERTURBATIONS[-1], *patches)
+        cells += attacked_cells(configuration, attacks, (detector,))
+    return cells
+
+
+DEMO = Experiment(
+    "demo",
+    "What does an attacked car still see, and does it still drive safely?",
+    "Chapter 5",
+    _demo_cells,
+    attacked_inputs,
+    {**OPTIONS, "sanity_sheet": False},
+    Configuration(CONTESTED, USUAL_COUNT),
+    section="avsec_gym.experiments.demo.section:findings",
+    alone=True,
+)

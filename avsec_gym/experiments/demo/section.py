@@ -1,0 +1,139 @@
+"""The demo's page: what was seen and done, drive by drive; rates and precision further down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from avsec_gym.drawing.page_table import Table, TableCell, figure, name
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
+from avsec_gym.experiments.chapter5.section.findings import outcomes_of
+from avsec_gym.experiments.chapter5.section.pictures import strips_of
+from avsec_gym.experiments.chapter5.section.sections import shown_strips, style_and_script
+from avsec_gym.experiments.chapter5.settings import ATTACKS, UNATTACKED
+from avsec_gym.experiments.demo.rates import DemoRow, demo_rows
+from avsec_gym.experiments.demo.story import (
+    HIT,
+    StoryRow,
+    contested_ways,
+    hits,
+    sentences,
+    story_rows,
+)
+from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.section import Findings, ReportRequest, Section
+
+QUESTION = "What does an attacked car still see, and does it still drive safely?"
+
+
+def findings(run: RunFolder, request: ReportRequest) -> Findings:
+    """The story, its pictures first, then all rates.
+
+    Raises:
+        DataError: The labels of the run's scenes are not where they were.
+    """
+    outcomes = outcomes_of(run)
+    if not outcomes.strongest:
+        return Findings(question=QUESTION, remarks=["Nothing is done yet."])
+    threshold = {**OPTIONS, **run.configuration.options}["score_threshold"]
+    ways = contested_ways(scenes_of(run.configuration))
+    story, rates = story_rows(outcomes, ways, threshold), demo_rows(outcomes)
+    strips, problems = strips_of(
+        run, outcomes, request, lambda found, count, least: hits(found, ways, count, least)
+    )
+    seen, all_drives = _story_table(story), _rate_table(rates)
+    sections = [
+        Section(
+            "story",
+            "What the car saw, and what it did",
+            [*sentences(story)],
+            [*([shown_strips(strips)] if strips else []), seen],
+            link="The story",
+            context=_CONTEXT if strips else "",
+            text_tables=[seen],
+        ),
+        Section("rates", "All drives, and precision", parts=[all_drives], link="Rates"),
+    ]
+    style, script = style_and_script()
+    return Findings(
+        sections,
+        {"story": as_json(story), "rates": as_json(rates)},
+        {setting for setting, _ in run.settings()},
+        {attack: attack_name(attack) for attack in ATTACKS},
+        question=QUESTION,
+        extent=f"{len(outcomes.scenarios)} scenes",
+        remarks=[_IN_PART] if run.missing() or run.failures() else [],
+        problems=problems,
+        style=style,
+        script=script,
+    )
+
+
+_IN_PART = "All figures are of the scenes that every attack was done for."
+_CONTEXT = (
+    f"Shown are, for each detector and attack, a drive because {HIT}; after these, others by the"
+    " rules of `avsec report`. Left: what the camera saw, with the boxes that the car believed in;"
+    " below: what it did."
+)
+
+
+def _story_table(rows: Sequence[StoryRow]) -> Table:
+    lines = [
+        [
+            name(detector_name(row.detector)),
+            name(row.name),
+            TableCell(f"{row.found} of {row.cars}", key=float(row.found)),
+            TableCell(
+                f"{row.safe} of {row.drives}",
+                key=float(row.safe),
+                tone="bad" if row.attack != UNATTACKED and row.safe < row.drives else "",
+            ),
+        ]
+        for row in rows
+    ]
+    return Table(
+        "Cars found, and drives that stayed safe",
+        ["detector", "attack", "cars found", "safe drives"],
+        lines,
+        "Found: a box that is planned on overlaps the car by more than half, from above. Drives:"
+        " those in which a car that sees nothing drives unsafely and one that sees all safely.",
+        names=2,
+    )
+
+
+def _rate_table(rows: Sequence[DemoRow]) -> Table:
+    lines = []
+    for row in rows:
+        rates = row.rates.to_json()
+        is_truth = row.detector is None
+        lines.append(
+            [
+                name("ground truth" if row.detector is None else detector_name(row.detector)),
+                name("–" if is_truth else attack_name(row.attack, row.strength)),
+                *(
+                    figure(rates[key], rates[f"{key}_interval"], scale=100)
+                    for key in ("success_rate", "collision_rate", "safe_driving_rate")
+                ),
+                figure(row.precision),
+                figure(row.precision_iou_low),
+            ]
+        )
+    drives = rows[0].rates.scenarios
+    counted = [row for row in rows if row.labels]
+    ceiling = ""
+    if counted:
+        ceiling = (
+            f" Precision is of {counted[0].labels} moderate cars, of which perfect detections reach"
+            f" {counted[0].precision_ceiling:.1f}."
+        )
+    return Table(
+        f"{drives} drives left, straight and right",
+        ["detector", "attack", "success, %", "collision, %", "safe driving, %", "AP at 0.7",
+         "AP at 0.5"],
+        lines,
+        "In brackets: 95 % Wilson intervals. AP: KITTI’s average precision of cars in 3D, moderate,"
+        f" 11 recall points, by the overlap that is asked for.{ceiling} So few scenes show what"
+        " attacks do, not how often: `avsec run chapter5` measures that.",
+        names=2,
+    )  # fmt: skip
