@@ -33,7 +33,8 @@ def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[int, int
 
     asked: list[tuple[int, int]] = []
 
-    def frames(count: int, seed: int) -> Path:
+    def frames(count: int, seed: int, *, contested: bool) -> Path:
+        assert contested
         asked.append((count, seed))
         root: Path = drawn_run.write_frames(tmp_path / f"frames-{seed}-{count}", count)
         return root
@@ -54,7 +55,7 @@ def test_from_nothing_to_the_page_and_once_more(
     told = capsys.readouterr()
     for words in ("12 drives", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
         assert words in told.out
-    assert told.err.splitlines()[-1].startswith("runs/demo/report.html: ")
+    assert told.err.splitlines()[-1] == "runs/demo/report.html: the drives in pictures"
     out = tmp_path / "runs/demo"
     assert "PGD" in (out / "report.html").read_text()
     finished = [cell["finished"] for cell in RunFolder.open(out).cells()]
@@ -73,7 +74,11 @@ def test_from_nothing_to_the_page_and_once_more(
         rates for rates in said["rates"] if (rates["detector"], rates["strength"]) == ("dsgn", 4)
     ]
     assert row["safe_driving_rate"] == pytest.approx(sum(each.safe for each in episodes) / 12)
-    assert said["answer"]["word"] in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    for row in said["story"]:
+        assert f"{row['found']} of {row['cars']}" in page
+        assert f"{row['safe']} of {row['drives']}" in page
+    assert "This run cannot tell" not in page
 
     # Another demo is not written over it, nor are frames made for it.
     made.clear()

@@ -14,6 +14,7 @@ from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
 from avsec_gym.experiments.demo.experiment import DEMO, unpatched
 from avsec_gym.experiments.demo.rates import demo_rows
+from avsec_gym.experiments.demo.story import HIT, contested_ways, hits, sentences, story_rows
 from avsec_gym.metrics.average_precision_curves import best_average_precisions
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.runs.catalogue import experiment
@@ -48,7 +49,7 @@ def test_only_patches_that_were_trained_are_put_up(
         *(("stereo_rcnn", attack) for attack in ("unattacked", "thesis_pgd-1")),
     ]
     assert experiment("demo") is DEMO
-    assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural", 12)
+    assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural_contested", 12)
 
 
 def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleType) -> None:
@@ -90,3 +91,36 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
         list(wilson_interval(6, 18))
     )
     assert (patch.rates.success_rate, patch.rates.collision_rate) == (0.5, 0.0)
+
+
+def test_the_story_counts_cars_and_the_drives_in_which_something_is_in_the_way(
+    made: ModuleType,
+) -> None:
+    names = made.names(4)
+    results = made.MadeResults()
+    attacked = Condition("dsgn", "thesis_pgd-1", 4.0)
+    results.add(Condition("dsgn"), names, unsafe=names[3:])
+    results.add(attacked, names, lost=names[:3], unsafe=names[1:])
+    found = made.outcomes(results, names)
+    ways = {(names[0], Intention.LEFT), (names[1], Intention.RIGHT), (names[3], Intention.LEFT)}
+    clean, pgd = story_rows(found, ways, 0.3)
+    cars = sum(int((found.labels[name].category == "Car").sum()) for name in names)
+    assert (clean.found, clean.cars, clean.safe, clean.drives) == (cars, cars, 2, 3)
+    assert (pgd.found, pgd.cars, pgd.safe, pgd.drives) == (cars // 4, cars, 1, 3)
+    tried, happened = sentences([clean, pgd])
+    assert "these 3 drives" in tried
+    assert f"DSGN finds {cars} of {cars} cars" in happened
+    assert "safely in 2 of 3" in happened
+    assert f"{cars // 4} cars, 1 safe drives" in happened
+    assert list(sentences(story_rows(found, set(), 0.3))) == []
+    # The drive that was made unsafe, not that which was unsafe before, nor one with a free way.
+    first, *others = hits(found, ways, 4, 0.3)
+    assert (first.rule, first.scenario, first.intention) == (HIT, names[1], Intention.RIGHT)
+    assert first.conditions == (Condition("dsgn"), attacked)
+    assert names[1] not in {other.scenario for other in others}
+    assert len(hits(found, ways, 1, 0.3)) == 1
+
+
+def test_ways_are_contested_where_a_parked_car_has_to_be_seen(made: ModuleType) -> None:
+    scenes = (Scene("parked", made.car(x=-3.5, z=10.0)), Scene("free", Boxes3D.empty()))
+    assert contested_ways(FrameScenes(SceneSet("two", scenes), {})) == {("parked", Intention.LEFT)}
