@@ -13,7 +13,6 @@ from avsec_gym.experiments.chapter5.section.sections import shown_strips, style_
 from avsec_gym.experiments.chapter5.settings import ATTACKS, UNATTACKED
 from avsec_gym.experiments.demo.rates import DemoRow, demo_rows
 from avsec_gym.experiments.demo.story import (
-    HIT,
     StoryRow,
     contested_ways,
     hits,
@@ -72,9 +71,9 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
 
 _IN_PART = "All figures are of the scenes that every attack was done for."
 _CONTEXT = (
-    f"Shown are, for each detector and attack, a drive because {HIT}; after these, others by the"
-    " rules of `avsec report`. Left: what the camera saw, with the boxes that the car believed in;"
-    " below: what it did."
+    "Shown is, for each detector and attack, the first of these drives that becomes unsafe; after"
+    " them, others, chosen as in reports of chapter 5. Above: what the camera saw, with the boxes"
+    " that the car believed in; below: what it did."
 )
 
 
