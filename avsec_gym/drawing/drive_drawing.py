@@ -83,7 +83,7 @@ def _obstacles(obstacles: Obstacles, steps: range, dt: float) -> Iterator[str]:
     """Where they are, and faintly where those that move are going to be."""
     now, later = obstacles.polygons(steps[0]), obstacles.polygons(steps[-1])
     moving = ~obstacles.static
-    for number in np.flatnonzero(moving):
+    for number in np.flatnonzero(moving).tolist():
         if later[number] is not None:
             yield from _area(later[number], "real later")
     ways = [obstacles.polygons(step) for step in steps] if moving.any() else []
