@@ -168,17 +168,7 @@ def drives_freely(
     start_x, start_y = x0 + offset * cos0, y0 + offset * sin0
     crossed = False
     for k in range(edges.shape[0]):
-        x1, y1, x2, y2 = edges[k, 0] - mx, edges[k, 1] - my, edges[k, 2] - mx, edges[k, 3] - my
-        if (
-            (x1 > around and x2 > around)
-            or (x1 < -around and x2 < -around)
-            or (y1 > around and y2 > around)
-            or (y1 < -around and y2 < -around)
-        ):
-            continue
-        ex, ey = x2 - x1, y2 - y1
-        apart = ex * y1 - ey * x1
-        if apart * apart > around * around * (ex * ex + ey * ey):
+        if _is_far(mx, my, around, edges, k):
             continue
         if not known:
             _place_all(place, states, primitive, count, offset, reference, placed)
@@ -201,6 +191,22 @@ def drives_freely(
         if not on_road and not within_edges(placed[j, 0], placed[j, 1], edges):
             return False
     return True
+
+
+@kernel(nogil=True)
+def _is_far(x: float, y: float, reach: float, edges: Floats, k: int) -> bool:
+    """Whether segment k of the road edge, or its line, keeps away from a circle."""
+    x1, y1, x2, y2 = edges[k, 0] - x, edges[k, 1] - y, edges[k, 2] - x, edges[k, 3] - y
+    if (
+        (x1 > reach and x2 > reach)
+        or (x1 < -reach and x2 < -reach)
+        or (y1 > reach and y2 > reach)
+        or (y1 < -reach and y2 < -reach)
+    ):
+        return True
+    ex, ey = x2 - x1, y2 - y1
+    apart = ex * y1 - ey * x1
+    return apart * apart > reach * reach * (ex * ex + ey * ey)
 
 
 @kernel(nogil=True)
