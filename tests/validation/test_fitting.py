@@ -17,7 +17,12 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.fitting import CleanFrames, fit_likelihood_model, fit_threshold_table
+from avsec_gym.validation.fitting import (
+    CleanFrames,
+    check_samples,
+    fit_likelihood_model,
+    fit_threshold_table,
+)
 from avsec_gym.validation.likelihood.likelihood_of_clean import evidence_of_all_states
 from avsec_gym.validation.recordings import RecordedFrame
 
@@ -67,6 +72,27 @@ def test_a_stopped_fit_goes_on_with_the_next_frame(clean: CleanFrames, tmp_path:
     again = fit_threshold_table(clean, samples=samples, on_progress=progress)
     assert read == [(1, 1)]
     np.testing.assert_array_equal(again.shares, fit_threshold_table(clean).shares)
+
+
+@pytest.mark.parametrize(
+    "measured",
+    [
+        [[0.1, 0.2]],
+        [[0.1, 0.2], [0.1, 0.2], [0.1, 0.2]],
+        [[0.1, 0.2], [0.1]],
+        [[0.1, 0.2], [0.1, 0.2, 0.3]],
+        [[0.1, 0.2], [0.1, 1.01]],
+        [[0.1, 0.2], [0.1, -0.01]],
+        [[0.1, 0.2], [0.1, float("nan")]],
+    ],
+)
+def test_a_kept_row_of_another_shape_or_beyond_a_share_is_refused(
+    measured: list[list[float]], tmp_path: Path
+) -> None:
+    check_samples({"7": {"measured": [[0.0, 1.0], [0.1, 0.2]]}}, (2, 2), None)
+    with pytest.raises(DataError, match="'7' does not hold 2 x 2 shares") as caught:
+        check_samples({"7": {"measured": measured}}, (2, 2), tmp_path)
+    assert caught.value.path == str(tmp_path)
 
 
 def test_a_broken_frame_is_an_error_or_left_out(clean: CleanFrames) -> None:
