@@ -98,28 +98,9 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
         distance = distances[i]
         # Edges, and the geometric normal turned to the viewer.
-        ex = scene.vertices[b, 0] - scene.vertices[a, 0]
-        ey = scene.vertices[b, 1] - scene.vertices[a, 1]
-        ez = scene.vertices[b, 2] - scene.vertices[a, 2]
-        fx = scene.vertices[c, 0] - scene.vertices[a, 0]
-        fy = scene.vertices[c, 1] - scene.vertices[a, 1]
-        fz = scene.vertices[c, 2] - scene.vertices[a, 2]
-        gx, gy, gz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
-        area2 = gx * gx + gy * gy + gz * gz
-        scale = _ONE / np.sqrt(max(area2, np.float32(1e-20)))
-        gx, gy, gz = gx * scale, gy * scale, gz * scale
-        # The shading normal, from those of the corners by the barycentric coordinates.
-        nx = (
-            first * scene.normals[a, 0] + second * scene.normals[b, 0] + third * scene.normals[c, 0]
-        )
-        ny = (
-            first * scene.normals[a, 1] + second * scene.normals[b, 1] + third * scene.normals[c, 1]
-        )
-        nz = (
-            first * scene.normals[a, 2] + second * scene.normals[b, 2] + third * scene.normals[c, 2]
-        )
-        scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
-        nx, ny, nz = nx * scale, ny * scale, nz * scale
+        ex, ey, ez, fx, fy, fz = _edges(scene.vertices, a, b, c)
+        gx, gy, gz = _face_normal(ex, ey, ez, fx, fy, fz)
+        nx, ny, nz = _shading_normal(scene.normals, a, b, c, first, second, third)
         # The geometric normal faces the viewer, the shading normal too unless light shines through.
         material = scene.material[face]
         translucent = scene.materials.translucent[material]
@@ -130,28 +111,12 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
                 nx, ny, nz = -nx, -ny, -nz
         cosine = max(abs(facing), _STEEPEST)
         # The pixel's footprint on the surface: short across, long along the view.
-        along = gx * dx + gy * dy + gz * dz
-        lx, ly, lz = dx - along * gx, dy - along * gy, dz - along * gz
-        scale = np.sqrt(lx * lx + ly * ly + lz * lz)
-        if scale < np.float32(1e-4):
-            # Looking straight at it: any direction in the plane will do.
-            scale = np.sqrt(ex * ex + ey * ey + ez * ez) + np.float32(1e-12)
-            lx, ly, lz = ex, ey, ez
-        scale = _ONE / scale
-        lx, ly, lz = lx * scale, ly * scale, lz * scale
+        lx, ly, lz = _long_axis(gx, gy, gz, dx, dy, dz, ex, ey, ez)
         sx, sy, sz = gy * lz - gz * ly, gz * lx - gx * lz, gx * ly - gy * lx
         foot = distance * pixel_angle
-        # Barycentric steps of the two axes.
-        ee, ef, ff = (
-            ex * ex + ey * ey + ez * ez,
-            ex * fx + ey * fy + ez * fz,
-            fx * fx + fy * fy + fz * fz,
+        long2, long3, short2, short3 = _barycentric_steps(
+            ex, ey, ez, fx, fy, fz, lx, ly, lz, sx, sy, sz
         )
-        inverse = _ONE / max(ee * ff - ef * ef, np.float32(1e-20))
-        le, lf = lx * ex + ly * ey + lz * ez, lx * fx + ly * fy + lz * fz
-        se, sf = sx * ex + sy * ey + sz * ez, sx * fx + sy * fy + sz * fz
-        long2, long3 = (le * ff - lf * ef) * inverse, (lf * ee - le * ef) * inverse
-        short2, short3 = (se * ff - sf * ef) * inverse, (sf * ee - se * ef) * inverse
         stretch = foot / cosine
         # The texture's mean under the footprint.
         u_ab, v_ab = scene.uv[b, 0] - scene.uv[a, 0], scene.uv[b, 1] - scene.uv[a, 1]
@@ -167,24 +132,10 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
             scene.textures, texture, place_u, place_v, short_u, short_v, long_u, long_v
         )
         if scene.materials.grainy[material] and foot < _GRAINS_SEEN:
-            # The same grains turned and a little larger; two add up to as much contrast as one.
-            again = filtered_colour(
-                scene.textures,
-                texture,
-                _COS * place_u - _SIN * place_v,
-                _SIN * place_u + _COS * place_v,
-                _COS * short_u - _SIN * short_v,
-                _SIN * short_u + _COS * short_v,
-                _COS * long_u - _SIN * long_v,
-                _SIN * long_u + _COS * long_v,
-            )
-            last = scene.textures.levels[texture] - 1
-            mean = texel_colour(scene.textures, texture, last, np.float32(0.5), np.float32(0.5))
-            colour = (
-                mean[0] + _BOTH * (colour[0] + again[0] - np.float32(2.0) * mean[0]),
-                mean[1] + _BOTH * (colour[1] + again[1] - np.float32(2.0) * mean[1]),
-                mean[2] + _BOTH * (colour[2] + again[2] - np.float32(2.0) * mean[2]),
-            )
+            colour = _with_second_grains(
+                scene.textures, texture, colour,
+                place_u, place_v, short_u, short_v, long_u, long_v,
+            )  # fmt: skip
         red = colour[0] * scene.materials.tint[material, 0]
         green = colour[1] * scene.materials.tint[material, 1]
         blue = colour[2] * scene.materials.tint[material, 2]
@@ -196,76 +147,176 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
             # Leaves differ in tone and turn this way and that.
             tone = np.float32(0.6) + np.float32(leaf & 0xFF) * np.float32(1.1 / 255.0)
             red, green, blue = red * tone, green * tone, blue * tone
-            nx += _TURN * (np.float32((leaf >> 8) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
-            ny += _TURN * (np.float32((leaf >> 16) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
-            nz += _TURN * (np.float32((leaf >> 24) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
-            scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
-            nx, ny, nz = nx * scale, ny * scale, nz * scale
+            nx, ny, nz = _turned(nx, ny, nz, leaf)
         # Scenery, but no actor, varies softly in brightness from place to place.
         elif scene.object_id[face] < 0:
-            break_up = _ONE + _BREAK_UP * (
-                _smooth(
-                    scene.lattice,
-                    px * np.float32(0.31),
-                    py * np.float32(0.31),
-                    pz * np.float32(0.31),
-                )
-                + _smooth(
-                    scene.lattice,
-                    px * np.float32(0.057),
-                    py * np.float32(0.057),
-                    pz * np.float32(0.09),
-                )
-            )
+            break_up = _ONE + _BREAK_UP * _variation(scene.lattice, px, py, pz)
             red, green, blue = red * break_up, green * break_up, blue * break_up
-        # Paint and wear over it; the overlay's colour is already multiplied by its alpha.
+        # Paint and wear over it.
         if overlaid and scene.overlay_uv[a, 0] > NO_OVERLAY:
-            u_ab, v_ab = (
-                scene.overlay_uv[b, 0] - scene.overlay_uv[a, 0],
-                scene.overlay_uv[b, 1] - scene.overlay_uv[a, 1],
-            )
-            u_ac, v_ac = (
-                scene.overlay_uv[c, 0] - scene.overlay_uv[a, 0],
-                scene.overlay_uv[c, 1] - scene.overlay_uv[a, 1],
-            )
-            paint = overlay_colour(
-                scene.overlay,
-                scene.overlay_uv[a, 0] + second * u_ab + third * u_ac,
-                scene.overlay_uv[a, 1] + second * v_ab + third * v_ac,
-                (short2 * u_ab + short3 * u_ac) * foot,
-                (short2 * v_ab + short3 * v_ac) * foot,
-                (long2 * u_ab + long3 * u_ac) * stretch,
-                (long2 * v_ab + long3 * v_ac) * stretch,
-            )
-            rest = _ONE - paint[3]
-            red, green, blue = (
-                red * rest + paint[0],
-                green * rest + paint[1],
-                blue * rest + paint[2],
-            )
+            red, green, blue = _painted(
+                scene.overlay, scene.overlay_uv, a, b, c, second, third,
+                short2, short3, foot, long2, long3, stretch, red, green, blue,
+            )  # fmt: skip
         result.albedo[i, 0], result.albedo[i, 1], result.albedo[i, 2] = red, green, blue
         result.normal[i, 0], result.normal[i, 1], result.normal[i, 2] = nx, ny, nz
         # The sun, and the point a little off the surface, where further rays begin.
         sunward = nx * sun[0] + ny * sun[1] + nz * sun[2]
         sun_side = gx * sun[0] + gy * sun[1] + gz * sun[2]
         lift = np.float32(2e-3) + np.float32(1e-4) * distance
-        if translucent > _ZERO:
-            result.sunlight[i] = sunward if sunward > _ZERO else -translucent * sunward
+        result.sunlight[i] = _sunlight(sunward, sun_side, translucent)
+        if translucent > _ZERO and sun_side <= _ZERO:
             # The ray to the sun leaves on the sun's side of the leaf.
-            lift = lift if sun_side > _ZERO else -lift
-        elif sun_side > _ZERO:
-            result.sunlight[i] = max(sunward, _ZERO)
+            lift = -lift
         result.point[i, 0] = px + gx * lift
         result.point[i, 1] = py + gy * lift
         result.point[i, 2] = pz + gz * lift
-        # Mirrors grow towards grazing angles (Schlick's approximation).
         mirror = scene.materials.mirror[material]
         if mirror > _ZERO:
-            grazing = _ONE - min(abs(nx * dx + ny * dy + nz * dz), _ONE)
-            result.mirror[i] = mirror + (_MOST_MIRRORED - mirror) * grazing**5
+            result.mirror[i] = _mirrored(mirror, nx * dx + ny * dy + nz * dz)
         result.glow[i] = scene.materials.glow[material]
         result.clear[i] = scene.materials.clear[material]
         result.flakes[i] = scene.materials.flakes[material]
+
+
+@kernel(inline="always", error_model="numpy")
+def _edges(vertices, a, b, c):
+    """Of a face, from its first corner to the two others."""
+    return (
+        vertices[b, 0] - vertices[a, 0],
+        vertices[b, 1] - vertices[a, 1],
+        vertices[b, 2] - vertices[a, 2],
+        vertices[c, 0] - vertices[a, 0],
+        vertices[c, 1] - vertices[a, 1],
+        vertices[c, 2] - vertices[a, 2],
+    )
+
+
+@kernel(inline="always", error_model="numpy")
+def _face_normal(ex, ey, ez, fx, fy, fz):
+    """By the edges of a face; a unit vector."""
+    gx, gy, gz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+    area2 = gx * gx + gy * gy + gz * gz
+    scale = _ONE / np.sqrt(max(area2, np.float32(1e-20)))
+    return gx * scale, gy * scale, gz * scale
+
+
+@kernel(inline="always", error_model="numpy")
+def _mirrored(mirror, cosine):
+    """Share of light mirrored: more towards grazing angles (Schlick's approximation)."""
+    grazing = _ONE - min(abs(cosine), _ONE)
+    return mirror + (_MOST_MIRRORED - mirror) * grazing**5
+
+
+@kernel(inline="always", error_model="numpy")
+def _long_axis(gx, gy, gz, dx, dy, dz, ex, ey, ez):
+    """Along the view in the plane of a face, a unit vector."""
+    along = gx * dx + gy * dy + gz * dz
+    lx, ly, lz = dx - along * gx, dy - along * gy, dz - along * gz
+    scale = np.sqrt(lx * lx + ly * ly + lz * lz)
+    if scale < np.float32(1e-4):
+        # Looking straight at it: any direction in the plane will do.
+        scale = np.sqrt(ex * ex + ey * ey + ez * ez) + np.float32(1e-12)
+        lx, ly, lz = ex, ey, ez
+    scale = _ONE / scale
+    return lx * scale, ly * scale, lz * scale
+
+
+@kernel(inline="always", error_model="numpy")
+def _sunlight(sunward, sun_side, translucent):
+    """Share of the sun's light that arrives, by the cosines of both normals with its direction."""
+    if translucent > _ZERO:
+        return sunward if sunward > _ZERO else -translucent * sunward
+    return max(sunward, _ZERO) if sun_side > _ZERO else _ZERO
+
+
+@kernel(inline="always", error_model="numpy")
+def _shading_normal(normals, a, b, c, first, second, third):
+    """From the normals of a face's corners, by the barycentric coordinates; a unit vector."""
+    nx = first * normals[a, 0] + second * normals[b, 0] + third * normals[c, 0]
+    ny = first * normals[a, 1] + second * normals[b, 1] + third * normals[c, 1]
+    nz = first * normals[a, 2] + second * normals[b, 2] + third * normals[c, 2]
+    scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
+    return nx * scale, ny * scale, nz * scale
+
+
+@kernel(inline="always", error_model="numpy")
+def _barycentric_steps(ex, ey, ez, fx, fy, fz, lx, ly, lz, sx, sy, sz):
+    """What a metre along the long and the short axis adds to the second and third coordinate."""
+    ee, ef, ff = (
+        ex * ex + ey * ey + ez * ez,
+        ex * fx + ey * fy + ez * fz,
+        fx * fx + fy * fy + fz * fz,
+    )
+    inverse = _ONE / max(ee * ff - ef * ef, np.float32(1e-20))
+    le, lf = lx * ex + ly * ey + lz * ez, lx * fx + ly * fy + lz * fz
+    se, sf = sx * ex + sy * ey + sz * ez, sx * fx + sy * fy + sz * fz
+    long2, long3 = (le * ff - lf * ef) * inverse, (lf * ee - le * ef) * inverse
+    return long2, long3, (se * ff - sf * ef) * inverse, (sf * ee - se * ef) * inverse
+
+
+@kernel(inline="always", error_model="numpy")
+def _with_second_grains(
+    textures, texture, colour, place_u, place_v, short_u, short_v, long_u, long_v
+):
+    """The same grains turned and a little larger; two add up to as much contrast as one."""
+    again = filtered_colour(
+        textures,
+        texture,
+        _COS * place_u - _SIN * place_v,
+        _SIN * place_u + _COS * place_v,
+        _COS * short_u - _SIN * short_v,
+        _SIN * short_u + _COS * short_v,
+        _COS * long_u - _SIN * long_v,
+        _SIN * long_u + _COS * long_v,
+    )
+    last = textures.levels[texture] - 1
+    mean = texel_colour(textures, texture, last, np.float32(0.5), np.float32(0.5))
+    return (
+        mean[0] + _BOTH * (colour[0] + again[0] - np.float32(2.0) * mean[0]),
+        mean[1] + _BOTH * (colour[1] + again[1] - np.float32(2.0) * mean[1]),
+        mean[2] + _BOTH * (colour[2] + again[2] - np.float32(2.0) * mean[2]),
+    )
+
+
+@kernel(inline="always", error_model="numpy")
+def _turned(nx, ny, nz, leaf):
+    """The normal of one leaf, a unit vector."""
+    nx += _TURN * (np.float32((leaf >> 8) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+    ny += _TURN * (np.float32((leaf >> 16) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+    nz += _TURN * (np.float32((leaf >> 24) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+    scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
+    return nx * scale, ny * scale, nz * scale
+
+
+@kernel(inline="always", error_model="numpy")
+def _painted(
+    overlay, uv, a, b, c, second, third,
+    short2, short3, foot, long2, long3, stretch, red, green, blue,
+):  # fmt: skip
+    """A colour under paint and wear, whose own is already multiplied by its alpha."""
+    u_ab, v_ab = uv[b, 0] - uv[a, 0], uv[b, 1] - uv[a, 1]
+    u_ac, v_ac = uv[c, 0] - uv[a, 0], uv[c, 1] - uv[a, 1]
+    paint = overlay_colour(
+        overlay,
+        uv[a, 0] + second * u_ab + third * u_ac,
+        uv[a, 1] + second * v_ab + third * v_ac,
+        (short2 * u_ab + short3 * u_ac) * foot,
+        (short2 * v_ab + short3 * v_ac) * foot,
+        (long2 * u_ab + long3 * u_ac) * stretch,
+        (long2 * v_ab + long3 * v_ac) * stretch,
+    )
+    rest = _ONE - paint[3]
+    return red * rest + paint[0], green * rest + paint[1], blue * rest + paint[2]
+
+
+@kernel(inline="always", error_model="numpy")
+def _variation(lattice, x, y, z):
+    """Soft noise of two sizes at a place in the world."""
+    coarse, fine = np.float32(0.057), np.float32(0.31)
+    return _smooth(lattice, x * fine, y * fine, z * fine) + _smooth(
+        lattice, x * coarse, y * coarse, z * np.float32(0.09)
+    )
 
 
 @kernel(inline="always", error_model="numpy")
