@@ -44,8 +44,8 @@ class Strip:
 
     Args:
         surface: Surface class of the strip.
-        right: Its right edge, metres to the left of the course (negative: right of it).
-        left: Its left edge.
+        right: The right edge, metres to the left of the course (negative: right of it).
+        left: The left edge.
         height: Height above the ground, metres; a pavement 0.12 behind its kerb.
         material: Kind of its surface: ``asphalt``, ``concrete``, ``cobbles``, ``slabs``,
             ``gravel``, ``grass``, ``soil``.
@@ -72,7 +72,7 @@ class Lane:
     """Where vehicles drive.
 
     Args:
-        left: Its middle, metres to the left of the course.
+        left: The middle, metres to the left of the course.
         direction: Direction of travel: 1 along the course, -1 against it.
         speed: Usual speed, m/s.
         width: Width of the lane, metres.

@@ -36,10 +36,10 @@ class VehicleView:
     """What one vehicle measures at an instant, and where it is.
 
     Args:
-        frame: Its images and scan.
+        frame: The images and the scan.
         pose: True transform from the velodyne frame to the world at its own time, shape (4, 4).
         measured_pose: The same as the vehicle measures it, shape (4, 4).
-        time: Its own time after the instant, seconds.
+        time: The time of its clock after the instant, seconds.
     """
 
     frame: SensorFrame
@@ -52,7 +52,7 @@ class ConnectedWorld:
     """A data set of connected vehicles.
 
     Args:
-        root: Its folder, which holds ``objects``, ``vehicle_0``, ``vehicle_1``, ...
+        root: The folder, which holds ``objects``, ``vehicle_0``, ``vehicle_1``, ...
 
     Raises:
         DataError: It is none.

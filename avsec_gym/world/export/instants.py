@@ -49,7 +49,7 @@ class WorldObject:
     """A vehicle, cyclist or pedestrian at an instant; sensor vehicles are among them.
 
     Args:
-        actor: Its number, the same over a drive and for all vehicles.
+        actor: The number of the actor, the same over a drive and for all vehicles.
         category: KITTI's name.
         location: Bottom centre in the world, metres.
         heading: Radians in the world, 0 along x, counter-clockwise.

@@ -23,7 +23,7 @@ def make_frames(
 
     Args:
         recipe: The recipe of the data set.
-        root: Its folder.
+        root: The folder.
         numbers: Numbers of the frames to make.
         workers: Number of processes; with 1, the calling process does the work.
 

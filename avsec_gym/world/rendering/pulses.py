@@ -19,8 +19,8 @@ def aim_pulses(  # type: ignore[no-untyped-def]
         height: Where each laser's rays begin above the origin, metres, shape (L,).
         column: Directions of the head at which all lasers fire, radians, shape (C,).
         pulse: Numbers of the pulses, laser by laser, shape (n,), each below L * C.
-        rotation: From the velodyne frame to the world when each column fires, shape (C, 3, 3), or
-            (1, 3, 3) for a LiDAR at rest.
+        rotation: The rotation from the velodyne frame to the world when each column fires, shape
+            (C, 3, 3), or (1, 3, 3) for a LiDAR at rest.
         place: The same of the origin, metres, shape (C, 3) or (1, 3).
         origins: Result, metres, written in place, shape (n, 3).
         directions: Result, unit vectors, written in place, shape (n, 3).

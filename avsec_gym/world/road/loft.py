@@ -47,7 +47,7 @@ def strip_meshes(
         stations: Road coordinates of its rows, ascending, metres, shape (n,).
         edges: Right and left edge, metres to the left of the course.
         height: Height above the ground, metres.
-        material: Its v counts from the left edge, its u along the road.
+        material: The material; v counts from the left edge, its u along the road.
         hole: Area in road coordinates that is left out.
     """
     step = _ACROSS if len(lay.ground.pads) == 0 else _ACROSS_PADS

@@ -10,7 +10,7 @@ from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Style
 
 
-class Part(NamedTuple):
+class RoadsidePart(NamedTuple):
     """A strip without its place."""
 
     surface: Surface
@@ -21,7 +21,7 @@ class Part(NamedTuple):
 
 def roadside(
     rng: np.random.Generator, style: Style, parked: float, road_material: str
-) -> list[Part]:
+) -> list[RoadsidePart]:
     """Strips from the carriageway's edge outwards.
 
     Args:
@@ -38,15 +38,15 @@ def roadside(
     if parked > 0:
         setts = parked < 4.0 and rng.random() < (0.6 if style == Style.RESIDENTIAL else 0.35)
         if setts:
-            parts.append(Part(Surface.KERB, 0.14, 0.0, "kerb"))
+            parts.append(RoadsidePart(Surface.KERB, 0.14, 0.0, "kerb"))
             parked -= 0.14
         material = "cobbles" if setts else road_material
-        parts.append(Part(Surface.PARKING, parked, 0.0, material))
+        parts.append(RoadsidePart(Surface.PARKING, parked, 0.0, material))
     elif rng.random() < 0.6:
         material = str(rng.choice(["cobbles", "concrete"]))
-        parts.append(Part(Surface.ROAD, float(rng.uniform(0.16, 0.32)), 0.0, material))
+        parts.append(RoadsidePart(Surface.ROAD, float(rng.uniform(0.16, 0.32)), 0.0, material))
     height = 0.12 if style == Style.CITY or rng.random() < 0.5 else 0.08
-    parts.append(Part(Surface.KERB, 0.14, height, "kerb"))
+    parts.append(RoadsidePart(Surface.KERB, 0.14, height, "kerb"))
     parts += _pavement(rng, style, height)
     return parts
 
@@ -56,7 +56,7 @@ def parking(rng: np.random.Generator) -> float:
     return float(rng.uniform(2.0, 2.3))
 
 
-def _pavement(rng: np.random.Generator, style: Style, height: float) -> list[Part]:
+def _pavement(rng: np.random.Generator, style: Style, height: float) -> list[RoadsidePart]:
     city = style == Style.CITY
     width = float(rng.uniform(2.2, 4.0) if city else rng.uniform(1.5, 2.4))
     usual = [0.6, 0.2, 0.2] if city else [0.4, 0.35, 0.25]
@@ -64,33 +64,35 @@ def _pavement(rng: np.random.Generator, style: Style, height: float) -> list[Par
     parts = []
     if rng.random() < (0.25 if city else 0.15):
         green = str(rng.choice(["grass", "soil"]))
-        parts.append(Part(Surface.VERGE, float(rng.uniform(1.2, 2.2)), height, green))
+        parts.append(RoadsidePart(Surface.VERGE, float(rng.uniform(1.2, 2.2)), height, green))
     if city and rng.random() < 0.25:
-        parts.append(Part(Surface.CYCLE_PATH, 1.5, height, "red_asphalt"))
-    parts.append(Part(Surface.PAVEMENT, width, height, material))
+        parts.append(RoadsidePart(Surface.CYCLE_PATH, 1.5, height, "red_asphalt"))
+    parts.append(RoadsidePart(Surface.PAVEMENT, width, height, material))
     return parts
 
 
-def _campus(rng: np.random.Generator, parked: float) -> list[Part]:
+def _campus(rng: np.random.Generator, parked: float) -> list[RoadsidePart]:
     parts = []
     if parked > 0:
-        parts.append(Part(Surface.PARKING, parked, 0.0, str(rng.choice(["cobbles", "gravel"]))))
-    parts.append(Part(Surface.KERB, 0.10, 0.0, "kerb"))
+        parts.append(
+            RoadsidePart(Surface.PARKING, parked, 0.0, str(rng.choice(["cobbles", "gravel"])))
+        )
+    parts.append(RoadsidePart(Surface.KERB, 0.10, 0.0, "kerb"))
     if rng.random() < 0.5:
-        parts.append(Part(Surface.VERGE, float(rng.uniform(1.0, 3.0)), 0.0, "grass"))
-        parts.append(Part(Surface.PAVEMENT, float(rng.uniform(1.8, 3.0)), 0.0, "slabs"))
-    parts.append(Part(Surface.VERGE, 3.0, 0.0, str(rng.choice(["grass", "leaves"]))))
+        parts.append(RoadsidePart(Surface.VERGE, float(rng.uniform(1.0, 3.0)), 0.0, "grass"))
+        parts.append(RoadsidePart(Surface.PAVEMENT, float(rng.uniform(1.8, 3.0)), 0.0, "slabs"))
+    parts.append(RoadsidePart(Surface.VERGE, 3.0, 0.0, str(rng.choice(["grass", "leaves"]))))
     return parts
 
 
-def _country(rng: np.random.Generator, parked: float) -> list[Part]:
+def _country(rng: np.random.Generator, parked: float) -> list[RoadsidePart]:
     parts = []
     if parked > 0:
-        parts.append(Part(Surface.PARKING, parked, 0.0, "gravel"))
+        parts.append(RoadsidePart(Surface.PARKING, parked, 0.0, "gravel"))
     elif rng.random() < 0.6:
-        parts.append(Part(Surface.VERGE, float(rng.uniform(0.3, 0.9)), 0.0, "gravel"))
-    parts.append(Part(Surface.VERGE, float(rng.uniform(1.5, 3.0)), 0.0, "grass"))
+        parts.append(RoadsidePart(Surface.VERGE, float(rng.uniform(0.3, 0.9)), 0.0, "gravel"))
+    parts.append(RoadsidePart(Surface.VERGE, float(rng.uniform(1.5, 3.0)), 0.0, "grass"))
     if rng.random() < 0.3:
-        parts.append(Part(Surface.CYCLE_PATH, float(rng.uniform(2.0, 2.5)), 0.0, "asphalt"))
-        parts.append(Part(Surface.VERGE, 1.0, 0.0, "grass"))
+        parts.append(RoadsidePart(Surface.CYCLE_PATH, float(rng.uniform(2.0, 2.5)), 0.0, "asphalt"))
+        parts.append(RoadsidePart(Surface.VERGE, 1.0, 0.0, "grass"))
     return parts

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from avsec_gym.world.road.roadside import Part, parking, roadside
+from avsec_gym.world.road.roadside import RoadsidePart, parking, roadside
 from avsec_gym.world.section import CrossSection, Lane, Line, LineKind, Strip, Surface
 from avsec_gym.world.site import Style
 
@@ -138,7 +138,7 @@ def _parked(rng: np.random.Generator, side: int, share: float, edge: float) -> f
     return edge + side * depth if rng.random() < share else None
 
 
-def _outwards(edge: float, side: int, parts: Sequence[Part]) -> list[Strip]:
+def _outwards(edge: float, side: int, parts: Sequence[RoadsidePart]) -> list[Strip]:
     """Strips beyond an edge of the carriageway, in order from right to left."""
     ends = edge + side * np.cumsum([0.0, *(part.width for part in parts)])
     strips = [

@@ -107,7 +107,7 @@ def grove(
         species: Species of the trees.
         side: Side of the course: 1 left, -1 right.
         nearest: Distance of the belt from the course, metres.
-        deepest: Its far edge.
+        deepest: The far edge.
         spacing: Mean distance between trees, metres.
     """
     area = (plot.end - plot.start) * (deepest - nearest)

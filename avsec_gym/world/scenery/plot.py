@@ -24,7 +24,7 @@ class Placement:
     """Something that stands somewhere for good.
 
     Args:
-        make: Its mesh in its own frame.
+        make: The mesh in its own frame.
         surface: Surface class of the mesh.
         x: Place in the world, metres.
         y: Place in the world, metres.

@@ -51,7 +51,7 @@ def fill_lane(
 
     Args:
         site: The place.
-        roads: Its routes.
+        roads: The routes.
         lane: Index of the lane.
         bustle: Amount of traffic.
         jam: Share of their speed that a jam leaves the drivers, 1 without one.

@@ -98,7 +98,7 @@ def gable(
 
     Args:
         length: Length of the wall below, metres.
-        eaves: Its height, metres.
+        eaves: The height, metres.
         rise: Height from eaves to ridge, metres.
         material: Material of the wall.
         opening: Opening inside the triangle, its middle at x = 0, or none; shape (1, 4) or (0, 4).

@@ -36,7 +36,7 @@ class WindowStyle:
         frame_width: Width of the bars, metres.
         sashes: Panes side by side.
         transom: Height of a cross bar as a share of the opening's; 0 for none.
-        sill: Its slab below the window; None for none.
+        sill: The slab below the window; None for none.
         surround: Raised border of the opening; None for none.
         surround_width: Width of the border, metres.
         lintel: The surround has a small cornice above.

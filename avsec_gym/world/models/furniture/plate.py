@@ -25,7 +25,8 @@ def plate(
     Args:
         outline: Convex, from the centre to the right and up as one looks at the face,
             counter-clockwise, shape (n, 2), metres.
-        face: Its texture shows the picture once; it is laid on the outline's bounding box.
+        face: The material whose texture shows the picture once; it is laid on the outline's
+            bounding box.
         back: Material of the far side, which shows its picture unmirrored too.
         thickness: Thickness of the plate, metres.
         rim: Material of the narrow sides.

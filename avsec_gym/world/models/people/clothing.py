@@ -49,7 +49,7 @@ class Outfit:
         legs: Trousers, shorts, stockings.
         trouser_end: End of the trousers: 1 the knee, 2 the ankle.
         loose: Width of the trousers relative to the leg.
-        skirt: Its lower edge in body heights above the hip joints; None for trousers.
+        skirt: The lower edge in body heights above the hip joints; None for trousers.
         lower: Material of the skirt, which may belong to a dress.
         shoes: Material of the shoes' upper side.
         soles: Material of the soles and of what they stand on.

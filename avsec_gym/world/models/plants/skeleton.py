@@ -26,7 +26,7 @@ _BRANCH_SIDES = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Skeleton:
+class TreeSkeleton:
     """A tree of n points; point 0 stands on the ground."""
 
     points: Floats
@@ -39,7 +39,7 @@ class Skeleton:
     """The first so many points are the trunk, from the bottom up."""
 
 
-def grow(trunk: Floats, goals: Floats, girth: float) -> Skeleton:
+def grow(trunk: Floats, goals: Floats, girth: float) -> TreeSkeleton:
     """Branches from a trunk to all goals.
 
     Args:
@@ -66,10 +66,10 @@ def grow(trunk: Floats, goals: Floats, girth: float) -> Skeleton:
     for number in range(len(points) - 1, 0, -1):
         load[parent[number]] += load[number]
     radius = girth * (load / load[0]) ** (1 / _PIPE_EXPONENT)
-    return Skeleton(np.array(points), np.array(parent), radius, len(trunk))
+    return TreeSkeleton(np.array(points), np.array(parent), radius, len(trunk))
 
 
-def wood(skeleton: Skeleton, bark: Material, *, sides: int, thinnest: float) -> Mesh:
+def wood(skeleton: TreeSkeleton, bark: Material, *, sides: int, thinnest: float) -> Mesh:
     """Trunk and branches as tubes.
 
     Args:

@@ -128,7 +128,7 @@ class CarDesign:
     """One car in metres: x from its centre, z from the ground.
 
     Args:
-        body: Its body design.
+        body: The body design.
         length: Length of the box.
         half_width: Half of the body's width without the mirrors.
         height: Height of the roof.

@@ -9,7 +9,7 @@ import numpy as np
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.vehicles.block import block
-from avsec_gym.world.models.vehicles.coach import Band, coach
+from avsec_gym.world.models.vehicles.coach import BodyBand, coach
 from avsec_gym.world.models.vehicles.lorry import facing
 from avsec_gym.world.models.vehicles.paint import (
     BLACK_GLOSS,
@@ -137,9 +137,9 @@ def _body(
     stripe = Material(tint=(0.05, 0.05, 0.055), mirror=0.05, infrared=0.2)
     # Bands from the skirt to the roof.
     bands = [
-        Band(0.22 * top, below, lean=0.0),
-        Band(0.40 * top, below, front=below, openings=doors, lean=0.02),
-        Band(
+        BodyBand(0.22 * top, below, lean=0.0),
+        BodyBand(0.40 * top, below, front=below, openings=doors, lean=0.02),
+        BodyBand(
             0.76 * top,
             stripe,
             front=front_pane,
@@ -148,7 +148,7 @@ def _body(
             lean=0.16,
             inset=0.02,
         ),
-        Band(
+        BodyBand(
             0.86 * top,
             above,
             front=blind if ends[1] else None,
@@ -156,7 +156,7 @@ def _body(
             lean=0.22,
             inset=0.05,
         ),
-        Band(top, above, lean=0.34, inset=0.12),
+        BodyBand(top, above, lean=0.34, inset=0.12),
     ]
     parts, _ = coach(
         rear,

@@ -14,11 +14,11 @@ from avsec_gym.world.models.vehicles.paint import UNDERSIDE
 
 
 @dataclass(frozen=True)
-class Band:
+class BodyBand:
     """The surfaces between two heights, all round.
 
     Args:
-        top: Its upper edge, metres; the lower one is that of the band below.
+        top: The upper edge, metres; the lower one is that of the band below.
         material: Material where there is no opening.
         front: Material of the front end, if it differs.
         rear: Material of the rear end, if it differs.
@@ -41,7 +41,7 @@ def coach(
     front: float,
     half_width: float,
     bottom: float,
-    bands: Sequence[Band],
+    bands: Sequence[BodyBand],
     *,
     axles: Sequence[float] = (),
     wheel: float = 0.45,
@@ -103,7 +103,7 @@ def coach(
     return _panels(plan, body, bands), body.left[:, 1:]
 
 
-def _panels(plan: Outline, body: Skin, bands: Sequence[Band]) -> list[Mesh]:
+def _panels(plan: Outline, body: Skin, bands: Sequence[BodyBand]) -> list[Mesh]:
     every = slice(None)
     count = body.points.shape[1]
     floor = np.stack([body.points[:, -1], body.points[:, 0]], axis=1)
@@ -132,7 +132,7 @@ def _panels(plan: Outline, body: Skin, bands: Sequence[Band]) -> list[Mesh]:
     return parts
 
 
-def _columns(plan: Outline, band: Band) -> list[tuple[slice, Material]]:
+def _columns(plan: Outline, band: BodyBand) -> list[tuple[slice, Material]]:
     """Which columns of a band have which material, from the rear to the front."""
     last = len(plan.x) - 1
     rear_end = int(np.flatnonzero(plan.rear > 0.2)[-1])

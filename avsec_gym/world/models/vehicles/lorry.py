@@ -10,7 +10,7 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.vehicles.block import blob, block
 from avsec_gym.world.models.vehicles.cargo import cargo_box, platform, tank
-from avsec_gym.world.models.vehicles.coach import Band, coach
+from avsec_gym.world.models.vehicles.coach import BodyBand, coach
 from avsec_gym.world.models.vehicles.paint import (
     BLACK_GLOSS,
     CHROME,
@@ -75,10 +75,10 @@ def _cab(
     window = (axle - 0.15 * (front - rear), front - 0.22, glass("side_glass/1"))
     grille = Material("grille/0", tint=(0.5, 0.5, 0.5), infrared=0.2)
     bands = [
-        Band(step, finish.bumper, lean=0.0),
-        Band(sill, finish.paint, front=finish.paint, lean=0.01),
-        Band(belt, finish.paint, lean=0.03),
-        Band(
+        BodyBand(step, finish.bumper, lean=0.0),
+        BodyBand(sill, finish.paint, front=finish.paint, lean=0.01),
+        BodyBand(belt, finish.paint, lean=0.03),
+        BodyBand(
             head,
             finish.paint,
             front=glass("windscreen/1"),
@@ -86,7 +86,7 @@ def _cab(
             lean=0.16,
             inset=0.05,
         ),
-        Band(top, finish.paint, lean=0.34 if top > 1.3 * belt else 0.2, inset=0.09),
+        BodyBand(top, finish.paint, lean=0.34 if top > 1.3 * belt else 0.2, inset=0.09),
     ]
     parts, _ = coach(
         rear, front, half, 0.5 * radius, bands, axles=[axle], wheel=radius, rounding=(0.1, 0.3)

@@ -8,7 +8,7 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.vehicles.block import blob, block
 from avsec_gym.world.models.vehicles.cargo import cargo_box, platform
-from avsec_gym.world.models.vehicles.coach import Band, coach
+from avsec_gym.world.models.vehicles.coach import BodyBand, coach
 from avsec_gym.world.models.vehicles.hull import surface
 from avsec_gym.world.models.vehicles.lorry import facing
 from avsec_gym.world.models.vehicles.paint import (
@@ -99,7 +99,10 @@ def _small_trailer(
         )
         tint = colours[int(rng.integers(len(colours)))]
         cover = Material("tarpaulin", tint, infrared=0.35)
-        cloth = [Band(0.5 * (side_top + height), cover), Band(height, cover, inset=0.01, lean=0.01)]
+        cloth = [
+            BodyBand(0.5 * (side_top + height), cover),
+            BodyBand(height, cover, inset=0.01, lean=0.01),
+        ]
         tarp, _ = coach(
             rear,
             box_front,
@@ -142,11 +145,13 @@ def _caravan(rng: np.random.Generator, height: float, width: float, length: floa
         # A box trailer has no windows.
         windows, pane = (), white
     bands = [
-        Band(0.34 * height, white),
-        Band(0.38 * height, stripe),
-        Band(0.50 * height, white),
-        Band(0.74 * height, white, front=pane, rear=pane, openings=windows, lean=0.08, inset=0.01),
-        Band(height, white, lean=0.30, inset=0.03),
+        BodyBand(0.34 * height, white),
+        BodyBand(0.38 * height, stripe),
+        BodyBand(0.50 * height, white),
+        BodyBand(
+            0.74 * height, white, front=pane, rear=pane, openings=windows, lean=0.08, inset=0.01
+        ),
+        BodyBand(height, white, lean=0.30, inset=0.03),
     ]
     parts, _ = coach(
         rear,
@@ -198,8 +203,8 @@ def _tractor(rng: np.random.Generator, height: float, width: float, length: floa
     pane = glass("side_glass/1")
     cab_rear, cab_front = rear + 0.12, rear + 0.12 + 0.42 * length
     cab = [
-        Band(0.52 * height, paint),
-        Band(
+        BodyBand(0.52 * height, paint),
+        BodyBand(
             0.92 * height,
             PLASTIC,
             front=pane,
@@ -208,10 +213,10 @@ def _tractor(rng: np.random.Generator, height: float, width: float, length: floa
             inset=0.03,
             openings=((cab_rear + 0.12, cab_front - 0.15, pane),),
         ),
-        Band(height, paint, lean=0.0, inset=0.0),
+        BodyBand(height, paint, lean=0.0, inset=0.0),
     ]
     parts, _ = coach(cab_rear, cab_front, 0.62 * half, 0.3 * height, cab, rounding=(0.1, 0.1))
-    bonnet = [Band(0.48 * height, paint), Band(0.56 * height, paint, lean=0.06, inset=0.04)]
+    bonnet = [BodyBand(0.48 * height, paint), BodyBand(0.56 * height, paint, lean=0.06, inset=0.04)]
     nose, _ = coach(
         cab_front - 0.1, front - 0.12, 0.42 * half, 0.26 * height, bonnet, rounding=(0.1, 0.2)
     )
@@ -274,9 +279,9 @@ def _container(rng: np.random.Generator, height: float, width: float, length: fl
     half, front, rear = 0.5 * width, 0.5 * length, -0.5 * length
     lid = Material(tint=(0.04, 0.04, 0.045), mirror=0.02, infrared=0.2)
     bands = [
-        Band(0.5 * height, paint, lean=0.03, inset=0.03),
-        Band(0.88 * height, paint, lean=0.0, inset=0.0),
-        Band(height, lid, lean=0.02, inset=0.02),
+        BodyBand(0.5 * height, paint, lean=0.03, inset=0.03),
+        BodyBand(0.88 * height, paint, lean=0.0, inset=0.0),
+        BodyBand(height, lid, lean=0.02, inset=0.02),
     ]
     parts, _ = coach(
         rear, front, half, 0.12, bands, rounding=(0.08, 0.08), squareness=6.0, rear_lean=1.0
