@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import select
 import shutil
 import subprocess
 import sys
@@ -32,6 +31,7 @@ from typing import Any
 from done import DoneKinds
 from kinds import KINDS, Kind
 from page import page
+from patience import answers_in
 from reader import MOST_MEMORY
 from replace_file import REPLACEMENTS
 
@@ -40,7 +40,7 @@ FAULTS = ("traceback", "impossible", "nameless", "memory", "hang", "died")
 PATIENCE = 30.0
 """Seconds for a file of a few kilobytes; the slowest sound one takes a tenth of one."""
 FIRST_PATIENCE = 10 * PATIENCE
-"""Seconds for a process's first file, with its imports, on a machine that does other things too."""
+"""Seconds for a process's first file, with its imports and kernels that are compiled on the way."""
 _LARGE = 500_000
 """Bytes; a file that has grown so large is not changed further."""
 _REPLACED = 0.06
@@ -175,7 +175,7 @@ class _Reader:
         )  # fmt: skip
 
     def read(self, folder: Path, patience: float = PATIENCE) -> dict[str, Any]:
-        """The outcome of a folder; no answer in `patience` seconds is a hang."""
+        """The outcome of a folder; no answer in `patience` seconds of its own is a hang."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
@@ -183,7 +183,7 @@ class _Reader:
             self._process.stdin.flush()
         except BrokenPipeError:
             return {"outcome": "died", "detail": f"exit code {self._process.wait()}"}
-        if not select.select([self._process.stdout], [], [], patience)[0]:
+        if not answers_in(self._process.stdout, self._process.pid, patience):
             return {"outcome": "hang", "detail": f"no answer in {patience:.0f} s"}
         line = self._process.stdout.readline()
         if not line:

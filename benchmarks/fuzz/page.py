@@ -11,7 +11,7 @@ _HEAD = """# Damaged files
 {files} files of each kind and reads them as the commands do. *Read*: what was read is possible.
 *Refused*: by an error of this project that names the file. Faults are a traceback of another
 error, a value that no sound file holds, an error that does not name the file, memory beyond
-{memory} GiB, no answer in {patience:.0f} s, a process that ended.
+{memory} GiB, no answer in {patience:.0f} s of the reader's own time, a process that ended.
 
 | kind | read | refused | faults |
 |---|---:|---:|---:|
