@@ -8,7 +8,7 @@ a name, a dictionary of a name and its arguments, or the object itself.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from importlib import import_module, metadata
 from inspect import Parameter, signature
@@ -252,6 +252,29 @@ def check(kind: Kind | str, what: Any) -> None:
         )
 
 
+def kind_of(what: Any, kinds: Sequence[Kind]) -> Kind:
+    """Which of several kinds a part is of, where parts of all of them are taken.
+
+    Args:
+        what: A name, or a dictionary with one; whatever else it is counts as the first kind.
+        kinds: The kinds; the first is what errors call them.
+
+    Raises:
+        ConfigurationError: It has a name that none of the kinds has.
+
+    Example:
+        >>> str(kind_of("facula", (Kind.ATTACK, Kind.OPTICAL_ATTACK)))
+        'optical_attack'
+    """
+    name = what.get("name") if isinstance(what, Mapping) else what
+    if not isinstance(name, str) or (Kind.ATTACK in kinds and name in AMBIGUOUS_ATTACKS):
+        return kinds[0]
+    found = next((kind for kind in kinds if name in names(kind)), None)
+    if found is None:
+        raise _unknown(name, kinds)
+    return found
+
+
 def names(kind: Kind | str) -> list[str]:
     """Every registered name of a kind, sorted."""
     kind = _kind(kind)
@@ -288,15 +311,21 @@ def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, An
     name = str(asked.pop("name"))
     if kind == Kind.ATTACK and name in AMBIGUOUS_ATTACKS:
         raise ConfigurationError(AMBIGUOUS_ATTACKS[name])
-    if name not in (known := names(kind)):
-        if others := [other.words for other in Kind if name in names(other)]:
-            raise ConfigurationError(
-                f"{shown(name)} is {' and '.join(others)}, and {kind.words} is needed here. Known: "
-                f"{', '.join(known)}"
-            )
-        problem = f"there is no {kind.replace('_', ' ')} named {shown(name)}"
-        raise ConfigurationError(unknown_name(problem, name, known))
+    if name not in names(kind):
+        raise _unknown(name, [kind])
     return name, asked
+
+
+def _unknown(name: str, kinds: Sequence[Kind]) -> ConfigurationError:
+    """That a name is of none of several kinds; the first is what they are called."""
+    kind, known = kinds[0], [name for kind in kinds for name in names(kind)]
+    if others := [other.words for other in Kind if name in names(other)]:
+        return ConfigurationError(
+            f"{shown(name)} is {' and '.join(others)}, and {kind.words} is needed here. Known: "
+            f"{', '.join(known)}"
+        )
+    problem = f"there is no {kind.replace('_', ' ')} named {shown(name)}"
+    return ConfigurationError(unknown_name(problem, name, known))
 
 
 def _factory(kind: Kind, name: str) -> tuple[Callable[..., Any], dict[str, Any], str]:

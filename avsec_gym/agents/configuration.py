@@ -24,6 +24,7 @@ from avsec_gym.agents.algorithms import ALGORITHMS, argument_names, plain_argume
 from avsec_gym.agents.yaml_files import read_yaml
 from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.registration import CATALOGUE
+from avsec_gym.storage.regular_files import is_file
 from avsec_gym.suggestions import unknown_name
 
 HYPERPARAMETERS = Path(__file__).parent / "hyperparams"
@@ -109,7 +110,7 @@ def configuration_of(
             unknown_name(f"there is no algorithm {algorithm}", algorithm, ALGORITHMS)
         )
     place = HYPERPARAMETERS / f"{algorithm}.yml" if path is None else Path(path)
-    if path is None and not place.is_file():
+    if path is None and not is_file(place):
         shipped = [each.stem for each in _shipped_files()]
         raise ConfigurationError(
             f"no configuration of {algorithm} is shipped: name a file with --config, or take one of"

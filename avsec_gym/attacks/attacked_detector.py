@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.argument_checks import seed_number
@@ -13,7 +12,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.perception.detectors.detector import Detector
-from avsec_gym.registry import Kind, made_part, names
+from avsec_gym.registry import Kind, kind_of, made_part
 
 
 class AttackedDetector:
@@ -53,10 +52,12 @@ class AttackedDetector:
 
 
 def attack_kind(attack: Any) -> Kind:
-    """Whether what is given by name, or as a dictionary, is an optical attack or another one."""
-    name = attack.get("name") if isinstance(attack, Mapping) else attack
-    optical = isinstance(name, str) and name in names(Kind.OPTICAL_ATTACK)
-    return Kind.OPTICAL_ATTACK if optical else Kind.ATTACK
+    """Whether what is given by name, or as a dictionary, is an optical attack or another one.
+
+    Raises:
+        ConfigurationError: It has the name of neither.
+    """
+    return kind_of(attack, (Kind.ATTACK, Kind.OPTICAL_ATTACK))
 
 
 def _labels(frame: SensorFrame) -> Boxes3D:

@@ -46,16 +46,19 @@ class AttackPatch:
         from avsec_gym.attacks.patch_training import PATCH, train_patch
         from avsec_gym.commands.named_part import named_part
         from avsec_gym.kitti.dataset import KittiObject
-        from avsec_gym.registry import make
+        from avsec_gym.registry import check, make
 
         if self.limit is not None:
             whole_number("--limit", self.limit, 1)
         if self.threads is not None:
             torch.set_num_threads(thread_number("--threads", self.threads))
+        named = [named_part(text) for text in self.detector]
+        for part in named:
+            check("detector", part)  # A slip is reported before any frame is looked for.
         scenes = KittiScenes.of_split(
             KittiObject(self.kitti), None if self.split == "all" else self.split, self.limit
         )
-        detectors = [make("detector", named_part(text)) for text in self.detector]
+        detectors = [make("detector", part) for part in named]
         with console.progress("training the patch") as shown:
             patch = train_patch(
                 detectors,

@@ -11,6 +11,7 @@ from avsec_gym import console
 from avsec_gym.argument_checks import resample_number, seed_number, whole_number
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
+from avsec_gym.storage.regular_files import is_there
 
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
@@ -61,7 +62,7 @@ class ScoreDetections:
         resample_number("--resamples", self.resamples)
         seed_number("--seed", self.seed)
         for path in (self.figure, self.out):
-            if path is not None and path.exists():
+            if path is not None and is_there(path):
                 raise DataError(
                     "this exists already.",
                     path=path,

@@ -9,7 +9,7 @@ from typing import Any
 from avsec_gym import console
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.registry import Kind, names
+from avsec_gym.registry import Kind, check, kind_of, names
 
 _REMARKS = 10
 """So many frames that were left out are reported one by one."""
@@ -101,19 +101,23 @@ class Detect:
         """What the registry takes: the detector, perhaps looking through an attack.
 
         Raises:
-            ConfigurationError: The JSON is none, or a camera is given to a detector of all images.
+            ConfigurationError: The JSON is none, nothing has that name, or a camera is given to a
+                detector of all images.
         """
+        from avsec_gym.attacks.attacked_detector import attack_kind
+
         if self.attack is None:
             if self.seed:
                 raise ConfigurationError("--seed belongs to --attack")
             return self._looking
         attack = named_part(self.attack, "--attack")
+        check(attack_kind(attack), attack)  # Before any frame is looked for.
         return {"name": "attacked", "detector": self._looking, "attack": attack, "seed": self.seed}
 
     @property
     def _looking(self) -> Any:
         what = named_part(self.detector)
-        if (what.get("name") if isinstance(what, dict) else what) in names(Kind.IMAGE_DETECTOR):
+        if kind_of(what, (Kind.DETECTOR, Kind.IMAGE_DETECTOR)) == Kind.IMAGE_DETECTOR:
             return {
                 "name": "single_image",
                 "detector": what,

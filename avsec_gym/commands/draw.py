@@ -10,6 +10,7 @@ import tyro
 
 from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import is_there
 
 _MOST_LAYOUTS = 100_000
 
@@ -90,7 +91,7 @@ class Draw:
         if path.suffix == ".rrd":
             from avsec_gym.drawing.rerun_scene import write_scene_recording
 
-            if path.exists() and not self.overwrite:
+            if is_there(path) and not self.overwrite:
                 raise DataError(
                     "the file exists.", path=path, remedy="Name another, or use --overwrite."
                 )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import is_folder, is_there
 
 if TYPE_CHECKING:
     from avsec_gym.drives.drive_folder import DriveFolder
@@ -137,7 +138,7 @@ class DriveInTraffic:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
         if self.ids and self.limit is not None:
             raise ConfigurationError("--ids and --limit: give one")
-        if self.out is not None and self.out.exists() and not self.out.is_dir():
+        if self.out is not None and is_there(self.out) and not is_folder(self.out):
             raise DataError("This is a file.", path=self.out, remedy="Name a folder with --out.")
         if self.video == "mp4":
             from avsec_gym.drawing.video import check_video
@@ -162,6 +163,8 @@ class DriveInTraffic:
         }
         if self.validator is not None:
             sensing["response"] = self.response
+        elif self.response != type(self).response:
+            raise ConfigurationError("--response belongs to --validator")
         shared = {
             "planner": named["planner"],
             "motion": self.motion,

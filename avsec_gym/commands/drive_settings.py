@@ -50,19 +50,35 @@ class DriveParts:
         typed = [named_part(text, "--settings") for text in asked or self._usual()]
         found = [setting for what in typed for setting in self._settings_of(what)]
         check_names(found)
+        self._check_used(found, typed)
+        return found
+
+    def _check_used(self, found: Sequence[DriveSetting], typed: Sequence[Any]) -> None:
+        """That every part that an option names is a part of some setting.
+
+        Raises:
+            ConfigurationError: One is not.
+        """
         used = {name for setting in found for name in setting.arguments}
-        for part in ("detector", "attack", "validator"):
-            if getattr(self, part) is not None and part not in used:
+        if ERROR_MODEL in typed:
+            used.add("error_model")
+        for part in self._given():
+            if part not in used:
                 raise ConfigurationError(
-                    f"--{part} is used by none of the settings {' '.join(s.name for s in found)}:"
+                    f"--{part.replace('_', '-')} is used by none of the settings"
+                    f" {' '.join(setting.name for setting in found)}:"
                     f" add {_SETTING_WITH[part]}, or leave it out"
                 )
-        return found
+
+    def _given(self) -> list[str]:
+        """Parts that options name and only some settings have."""
+        own = ("detector", "attack", "validator", "error_model")
+        return [*(self.sensing or {}), *(part for part in own if getattr(self, part))]
 
     def _usual(self) -> list[str]:
         names = [TRUTH, BLIND]
         names += [ERROR_MODEL] if self.error_model else []
-        if self.detector is not None or self.attack is not None or self.validator is not None:
+        if set(self._given()) - {"error_model"}:
             names.append(DETECTOR)
         names += [ATTACKED] if self.attack is not None else []
         names += [DEFENDED] if self.validator is not None else []
@@ -117,7 +133,15 @@ class DriveParts:
         return value
 
 
-_SETTING_WITH = {"detector": DETECTOR, "attack": ATTACKED, "validator": DEFENDED}
+_SETTING_WITH = {
+    "detector": DETECTOR,
+    "attack": ATTACKED,
+    "validator": DEFENDED,
+    "response": DEFENDED,
+    "classifier": DETECTOR,
+    "selector": DETECTOR,
+    "error_model": ERROR_MODEL,
+}
 
 
 def _believing(model: str) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.json_schemas import with_schema
+from avsec_gym.storage.regular_files import is_folder, is_there
 
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
@@ -74,9 +75,9 @@ class Evaluate:
             raise ConfigurationError(
                 f"--score-threshold is a finite number, got {self.score_threshold}"
             )
-        if self.out is not None and self.out.exists() and not self.out.is_dir():
+        if self.out is not None and is_there(self.out) and not is_folder(self.out):
             raise DataError("this is a file.", path=self.out, remedy="Name a folder with --out.")
-        if self.out is not None and (self.out / "evaluation.json").exists():
+        if self.out is not None and is_there(self.out / "evaluation.json"):
             raise DataError(
                 "an evaluation is here already.",
                 path=self.out,

@@ -23,6 +23,7 @@ from avsec_gym.commands.judged_by import (
 )
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.storage.regular_files import is_there
 
 if TYPE_CHECKING:
     from avsec_gym.sensor_system import Sensor
@@ -153,7 +154,7 @@ class FitChoice:
         if by.shipped is not None:
             return self._read(by.shipped, is_likelihood=self.shipped == "likelihood")
         path = out / (LIKELIHOOD if self.fit_likelihood else THRESHOLDS)
-        if not path.exists():
+        if not is_there(path):
             self._fit(by, recordings, path)
         return self._read(path, is_likelihood=self.fit_likelihood)
 

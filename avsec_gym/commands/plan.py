@@ -11,6 +11,7 @@ import tyro
 
 from avsec_gym import console
 from avsec_gym.errors import AvsecError, ConfigurationError, DataError, PlanningError
+from avsec_gym.storage.regular_files import is_folder, is_there
 
 if TYPE_CHECKING:
     from avsec_gym.planners.plan import Plan
@@ -130,7 +131,7 @@ class PlanFiles:
         if len(set(names)) < len(names):
             raise ConfigurationError("two files have one name, and so would their pictures")
         for name in names:
-            if name.exists() and not self.overwrite:
+            if is_there(name) and not self.overwrite:
                 raise DataError(
                     "the picture exists.", path=name, remedy="Name another folder, or --overwrite."
                 )
@@ -177,7 +178,7 @@ def _with_file(error: AvsecError, file: Path) -> AvsecError:
 def _expand(files: tuple[Path, ...]) -> list[Path]:
     found: list[Path] = []
     for file in files:
-        found += sorted(file.glob("*.xml")) if file.is_dir() else [file]
+        found += sorted(file.glob("*.xml")) if is_folder(file) else [file]
     if not found:
         raise ConfigurationError(
             "name at least one CommonRoad XML file, or a folder that holds one"

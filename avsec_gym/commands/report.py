@@ -10,6 +10,7 @@ import tyro
 
 from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import is_there
 
 if TYPE_CHECKING:
     from avsec_gym.report.run_report import RunReport
@@ -70,7 +71,7 @@ class Report:
             raise ConfigurationError(f"--looked-at is 0 or more, got {self.looked_at}")
         folder = RunFolder.open(self.run_folder)
         for path in (self.out, self.markdown):
-            if path is not None and path.exists() and not self.overwrite:
+            if path is not None and is_there(path) and not self.overwrite:
                 raise DataError(
                     "the file exists.", path=path, remedy="Name another, or use --overwrite."
                 )

@@ -10,6 +10,7 @@ import tyro
 
 from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import is_file, is_there
 
 if TYPE_CHECKING:
     from typing import Any
@@ -65,7 +66,7 @@ class WeightsImport:
         out = self.out or self.file.with_suffix(".safetensors")
         if out.suffix != ".safetensors":
             out = out.with_name(out.name + ".safetensors")
-        there = [path for path in (out, out.with_suffix(".json")) if path.exists()]
+        there = [path for path in (out, out.with_suffix(".json")) if is_there(path)]
         if there and not self.overwrite:
             raise DataError(
                 "This file exists and is left as it is.",
@@ -112,7 +113,7 @@ class WeightsImport:
             )
         # Before the checkpoint, which takes its time.
         for path in self.pair or ():
-            if not path.is_file():
+            if not is_file(path):
                 raise DataError("There is no such file.", path=path, remedy="Check --pair.")
 
     def _corners(self, network: nn.Module, configuration: PsmNetConfiguration) -> bool:

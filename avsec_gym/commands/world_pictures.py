@@ -11,6 +11,7 @@ import tyro
 from avsec_gym import console
 from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import is_file, is_folder
 
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
@@ -98,8 +99,8 @@ class WorldShow:
                 data.folder / f"{kind}_{self.camera:02d}" for kind in ("disparity", "surface")
             ]
             files = [folder / "data" / f"{int(name):010d}.png" for folder in beside]
-        disparity = read_disparity(files[0]) if files[0].is_file() else None
-        surfaces = read_mask(files[1]).astype("uint8") if files[1].is_file() else None
+        disparity = read_disparity(files[0]) if is_file(files[0]) else None
+        surfaces = read_mask(files[1]).astype("uint8") if is_file(files[1]) else None
         picture = frame_picture(
             frame,
             _labels(data, name),
@@ -122,7 +123,7 @@ def _open(root: Path | None) -> KittiObject | Drive:
 
         with console.progress("rendering the mixed suite, once") as shown:
             return KittiObject(default_suite("mixed", on_progress=shown))
-    if (root / "vehicle_0").is_dir():
+    if is_folder(root / "vehicle_0"):
         root = root / "vehicle_0"
     if recognise(root) == KittiLayout.RAW:
         raw = KittiRaw(root)

@@ -20,7 +20,7 @@ from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.image_only import check_detector
 from avsec_gym.pipeline import Pipeline
-from avsec_gym.registry import AMBIGUOUS_ATTACKS, Kind, check, make, names
+from avsec_gym.registry import Kind, check, make
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.suggestions import unknown_name
@@ -239,10 +239,6 @@ def _checked_attack(what: Any) -> Kind:
         ConfigurationError: Nothing has that name, or its arguments have other names.
     """
     kind = attack_kind(what)
-    known = [*names(Kind.ATTACK), *names(Kind.OPTICAL_ATTACK)]
-    name = what.get("name", known[0]) if isinstance(what, Mapping) else what
-    if isinstance(name, str) and name not in (*known, *AMBIGUOUS_ATTACKS):
-        raise ConfigurationError(unknown_name(f"there is no attack named {name!r}", name, known))
     check(kind, what)
     return kind
 

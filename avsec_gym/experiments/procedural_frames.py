@@ -7,6 +7,7 @@ from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.evaluation.contested import contested_recipe
+from avsec_gym.storage.regular_files import is_there
 from avsec_gym.unknown_source import unknown_source
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.recipe import Sensors
@@ -34,7 +35,7 @@ def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
         DataError: It is a folder that is not there.
     """
     names = (PROCEDURAL, *suites)
-    if scenarios not in names and not Path(scenarios).exists():
+    if scenarios not in names and not is_there(Path(scenarios)):
         raise unknown_source(scenarios, names, f"Name a folder, or {' or '.join(names)}.")
 
 

@@ -126,9 +126,9 @@ def _claim(out: Path, detector: Any, data: KittiObject) -> None:
     }
     text = json.dumps(record, indent=1, default=str) + "\n"
     path = out / RECORD
-    if not out.exists() or not frame_ids(out, ".txt"):
+    if not is_there(out) or not frame_ids(out, ".txt"):
         write_text(path, text, overwrite=True)
-    elif not path.exists() or read_text(path) != text:
+    elif not is_there(path) or read_text(path) != text:
         raise DataError(
             "The results here are of another detector or other data.", path=out, remedy=_ANOTHER
         )

@@ -28,10 +28,11 @@ def read_primitives(path: str | Path) -> MotionPrimitives:
     """Read a primitive file; repeated (initial, final) pairs count once.
 
     The length of a primitive is the number of its states: ``Duration`` is 5 deciseconds even
-    where a primitive was cut short.
+    where a primitive was cut short, so it has to be no shorter.
 
     Raises:
-        DataError: The file is not such XML, names another vehicle, or holds a broken trajectory.
+        DataError: The file is not such XML, names another vehicle, or holds a broken trajectory,
+            such as one of states that are not each a decisecond after the one before.
     """
     path = Path(path)
     root = read_plain_xml(path)
@@ -44,9 +45,9 @@ def read_primitives(path: str | Path) -> MotionPrimitives:
         )
     trajectories, seen = [], set()
     for number, node in enumerate(_all(root.child("Trajectories"), "Trajectory"), start=1):
-        states = [_state(node.child("Initial"))]
-        states += [_state(state) for state in _all(node.child("Path"), "State")]
-        states.append(_state(node.child("Final")))
+        nodes = [node.child("Initial"), *_all(node.child("Path"), "State"), node.child("Final")]
+        _check_times(node, nodes)
+        states = [_state(state) for state in nodes]
         _check(np.array(states), number, path)
         identity = (len(states), *states[0], *states[-1])
         if identity not in seen:
@@ -88,6 +89,20 @@ def write_primitives(
     ElementTree.indent(root)
     content = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
     write_bytes(path, content, overwrite=overwrite)
+
+
+def _check_times(trajectory: Element, states: list[Element]) -> None:
+    """Refuse states at other times than 0, 1, 2, ... deciseconds; a file may leave times out.
+
+    Raises:
+        DataError: A time, or the duration, is another one.
+    """
+    for step, state in enumerate(states):
+        if (written := state.number("time_step", step)) != step:
+            state.refuse(f"<time_step> of state {step} is {written:g}; expected {step}.", _REMEDY)
+    last = len(states) - 1
+    if not (written := trajectory.number("Duration", last)) >= last:
+        trajectory.refuse(f"<Duration> is {written:g}; expected {last} or more.", _REMEDY)
 
 
 def _check(states: Floats, number: int, path: Path) -> None:

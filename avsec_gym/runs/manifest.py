@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -96,7 +97,7 @@ def read_manifest(root: Path) -> dict[str, Any] | None:
 
 def _with_new_names(manifest: dict[str, Any]) -> dict[str, Any]:
     """The manifest with today's names of experiments, and of parts in the options."""
-    options = manifest["configuration"].get("options", {})
+    options = manifest["configuration"]["options"]
     if manifest["format"] == _FORMAT_OF_OLD_NAMES:
         for experiment in manifest["experiments"]:
             options = with_new_names(options, PARTS.get(experiment, {}))
@@ -115,6 +116,8 @@ def _problem(manifest: Mapping[str, Any]) -> str:
     formats = (_FORMAT_OF_OLD_NAMES, _FORMAT)
     if manifest.get("kind") != _KIND or manifest.get("format") not in formats:
         return "it is of another kind, or format"
+    if manifest["format"] is True:  # Which is 1 to Python.
+        return "its format is no number"
     for name, kind in _CONTENT.items():
         if name not in manifest:
             return f"it lacks {name}"
@@ -141,6 +144,8 @@ def _problem(manifest: Mapping[str, Any]) -> str:
         configuration = fitting_fields(Configuration, manifest["configuration"])
         if set(configuration) != set(manifest["configuration"]):
             return "its configuration has other fields"
+        if lacking := {field.name for field in fields(Configuration)} - set(configuration):
+            return f"its configuration lacks {min(lacking)}"
         Configuration(**configuration)
     except (ValueError, ConfigurationError) as error:
         return f"its configuration cannot be: {error}"

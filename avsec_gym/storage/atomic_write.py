@@ -8,7 +8,7 @@ from pathlib import Path
 
 from avsec_gym.errors import DataError
 from avsec_gym.storage.folders import make_folder
-from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.storage.regular_files import is_folder, is_there
 
 
 def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) -> None:
@@ -22,7 +22,7 @@ def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) ->
         raise DataError("No file can have this name.", path=path, remedy="Check the path.")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
-        if path.exists() and not overwrite:
+        if is_there(path) and not overwrite:
             raise DataError(
                 "This file exists and is left as it is.",
                 path=path,

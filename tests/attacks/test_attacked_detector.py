@@ -12,7 +12,7 @@ from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.registry import Kind
+from avsec_gym.registry import Kind, names
 from avsec_gym.rig import kitti_rig
 
 
@@ -40,6 +40,14 @@ class Camera:
 )
 def test_the_name_decides_what_kind_of_attack_it_is(attack: Any, kind: Kind) -> None:
     assert attack_kind(attack) is kind
+
+
+@pytest.mark.parametrize("name", [*names(Kind.ATTACK), *names(Kind.OPTICAL_ATTACK)])
+def test_a_slip_in_an_attack_of_either_kind_is_asked_about(name: str) -> None:
+    for slip in (f"{name}x", {"name": f"{name}x"}):
+        with pytest.raises(ConfigurationError, match=f'Did you mean "{name}"') as raised:
+            AttackedDetector("oracle", slip)
+        assert "facula" in str(raised.value).partition("Known: ")[2]
 
 
 def test_the_detector_sees_the_attacked_image() -> None:

@@ -17,6 +17,7 @@ from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_mode
 from avsec_gym.commands.arguments import Option, options
 from avsec_gym.kitti.labels import write_detections
 from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.registry import Kind, names
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import write_commonroad
@@ -33,6 +34,25 @@ def ends(words: list[str]) -> int:
         return run(words)
     except SystemExit as end:
         return int(end.code or 0)
+
+
+@pytest.fixture
+def there(tmp_path: Path) -> dict[str, object]:
+    """Places that commands read, by the name of what they hold; ``out`` is none yet."""
+    labels = tmp_path / "labels" / "training" / "label_2"
+    for id in ("000001", "000002"):
+        write_detections(labels / f"{id}.txt", Boxes3D.empty())
+    problem = build_planning_scenario(Boxes3D.empty(), road_type=RoadType.STREET, id="free")
+    write_commonroad(problem, tmp_path / "free.xml")
+    write_error_model(tmp_path / "errors.json", ErrorModel())
+    return {
+        "model": tmp_path / "errors.json",
+        "labels": labels,
+        "kitti": tmp_path / "labels",
+        "out": tmp_path / "out",
+        "problem": tmp_path / "free.xml",
+        "weights": shipped_weights("pixor_small"),
+    }
 
 
 @pytest.fixture(autouse=True)
@@ -192,6 +212,64 @@ def test_a_mistyped_choice_is_suggested(
         assert f'Did you mean "{choice}"?' in error
 
 
+DETECTORS = (Kind.DETECTOR, Kind.IMAGE_DETECTOR)
+ATTACKS = (Kind.ATTACK, Kind.OPTICAL_ATTACK)
+PARTS: dict[str, tuple[str, tuple[Kind, ...]]] = {
+    "evaluate --planner": ("--scenarios layouts", (Kind.PLANNER,)),
+    "detect --detector": ("--kitti {kitti} --out {out}", DETECTORS),
+    "detect --attack": ("--detector oracle --kitti {kitti} --out {out}", ATTACKS),
+    "attack patch --detector": ("--kitti {kitti} --out {out}", (Kind.DETECTOR,)),
+    "validate --validator": ("--kitti {kitti} --out {out}", (Kind.VALIDATOR,)),
+    "validate --attack": ("--kitti {kitti} --out {out}", (Kind.OPTICAL_ATTACK,)),
+    "connected --attack": ("--out {out}", (Kind.CONNECTED_ATTACK,)),
+    "run --detector": ("pipeline --scenarios {kitti} --out {out}", (Kind.DETECTOR,)),
+    "run --attack": ("pipeline --scenarios {kitti} --out {out}", ATTACKS),
+    "run --planner": ("pipeline --scenarios {kitti} --out {out}", (Kind.PLANNER,)),
+    "run --validator": ("pipeline --scenarios {kitti} --out {out}", (Kind.VALIDATOR,)),
+    "plan --planner": ("{problem}", (Kind.PLANNER,)),
+    "drive --detector": ("--out {out}", (Kind.DETECTOR,)),
+    "drive --attack": ("--out {out}", ATTACKS),
+    "drive --validator": ("--out {out}", (Kind.VALIDATOR,)),
+    "drive --classifier": ("--out {out}", (Kind.CLASSIFIER,)),
+    "drive --selector": ("--out {out}", (Kind.SELECTOR,)),
+    "drive --planner": ("--out {out}", (Kind.PLANNER,)),
+    "draw --planner": ("000001 --scenarios {labels}", (Kind.PLANNER,)),
+}
+"""By command and option that takes a part: what else makes a whole command, and of which kinds."""
+NO_PARTS = {"error-model fit --detector", "error-model fit --attack"}
+"""What a file is of, for whoever reads it."""
+
+
+def test_every_part_that_a_command_takes_is_looked_at() -> None:
+    kinds = {str(kind) for kind in Kind}
+    taken = {
+        f"{name} {option.flag}"
+        for name, command in EVERY.items()
+        for option in options(command)
+        if option.flag[2:] in kinds
+    }
+    assert taken - NO_PARTS == set(PARTS)
+
+
+@pytest.mark.parametrize("option", PARTS)
+def test_a_mistyped_part_is_suggested(
+    option: str,
+    there: dict[str, object],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Of whichever kind, where parts of several kinds are taken."""
+    command, _, flag = option.rpartition(" ")
+    words, kinds = PARTS[option]
+    known = [name for kind in kinds for name in names(kind)]
+    for name in known:
+        slip = f"{name}x"
+        assert ends([*command.split(), *words.format(**there).split(), flag, slip]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f'Did you mean "{name}"?' in line
+        assert set(known) <= set(line.partition("Known: ")[2].split("; ")[0].split(", "))
+
+
 PLACES: dict[str, dict[str, str]] = {
     "evaluate": {
         "--kitti": "",
@@ -274,31 +352,22 @@ def test_every_place_that_a_command_reads_is_looked_at() -> None:
 @pytest.mark.parametrize(
     ("command", "option"), [(name, option) for name, own in PLACES.items() for option in own]
 )
-@pytest.mark.parametrize("missing", ["nothing_here", "deep/er/nothing_here"])
+@pytest.mark.parametrize(
+    "missing",
+    ["nothing_here", "deep/er/nothing_here", "nothing_here" * 30],
+    ids=["", "deep", "long"],
+)
 def test_a_place_that_is_not_there_has_one_exit_code(
     command: str,
     option: str,
     missing: str,
+    there: dict[str, object],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    labels = tmp_path / "labels" / "training" / "label_2"
-    for id in ("000001", "000002"):
-        write_detections(labels / f"{id}.txt", Boxes3D.empty())
-    problem = build_planning_scenario(Boxes3D.empty(), road_type=RoadType.STREET, id="free")
-    write_commonroad(problem, tmp_path / "free.xml")
-    write_error_model(tmp_path / "errors.json", ErrorModel())
-    there = {
-        "model": tmp_path / "errors.json",
-        "labels": labels,
-        "kitti": tmp_path / "labels",
-        "out": tmp_path / "out",
-        "problem": tmp_path / "free.xml",
-        "weights": shipped_weights("pixor_small"),
-        "missing": missing,
-    }
+    there["missing"] = missing
     words = PLACES[command][option].format(**there).split()
     named = "{missing}" in PLACES[command][option]
     place = [] if named else [option, missing] if option else [missing]
@@ -308,7 +377,8 @@ def test_a_place_that_is_not_there_has_one_exit_code(
     assert line.startswith("avsec: ")
     assert "nothing_here" in line
     # What is wrong with a path is its first fault: not what lacks beside it or in it.
-    assert re.search(r"There (is no (such (file|folder)|run here)|are no weights here)", line)
+    none = r"There (is no (such (file|folder)|run here)|are no weights here)"
+    assert re.search(f"{none}|No file can have a name as long as this", line)
 
 
 ABSURD = 10**12

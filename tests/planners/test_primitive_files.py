@@ -135,6 +135,44 @@ def test_numbers_that_no_primitive_has(field: str, place: str, tmp_path: Path) -
             read_primitives(tmp_path / "broken.xml")
 
 
+@pytest.mark.parametrize(
+    ("place", "text"),
+    [
+        ("Duration", "nan"),
+        ("Duration", "-5"),
+        ("Duration", "4"),
+        ("Duration", "five"),
+        ("Initial/time_step", "1"),
+        ("Path/State/time_step", "2"),
+        ("Path/State/time_step", "nan"),
+        ("Final/time_step", "50"),
+        ("Final/time_step", "4.5"),
+    ],
+)
+def test_times_that_no_primitive_has(place: str, text: str, tmp_path: Path) -> None:
+    path = tmp_path / "some.xml"
+    write_primitives(generate_primitives((6.0,), steering_angles=3), path)
+    tree = ElementTree.parse(path)
+    found = tree.find(f"Trajectories/Trajectory/{place}")
+    assert found is not None
+    found.text = text
+    tree.write(path)
+    with pytest.raises(DataError, match=rf"some\.xml:.*<{place.split('/')[-1]}>"):
+        read_primitives(path)
+
+
+def test_times_may_be_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "some.xml"
+    written = generate_primitives((6.0,), steering_angles=3)
+    write_primitives(written, path)
+    tree = ElementTree.parse(path)
+    for parent in list(tree.iter()):
+        for child in [child for child in parent if child.tag in ("Duration", "time_step")]:
+            parent.remove(child)
+    tree.write(path)
+    np.testing.assert_array_equal(read_primitives(path).steps, written.steps)
+
+
 def test_declarations_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "some.xml"
     write_primitives(generate_primitives((6.0,), steering_angles=3), path)

@@ -14,6 +14,7 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import DetectionFolder, above
 from avsec_gym.storage.json_fields import check_fields
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.regular_files import is_there
 from avsec_gym.world.export.scene_file import actors_of, read_scene_file
 
 _REMEDY = "Make the data set anew with `avsec world make`."
@@ -67,7 +68,7 @@ def stored_frames(
 
 def _place_in_drive(path: Path, id: str) -> tuple[str, float]:
     """The drive of a frame and the seconds since its start."""
-    if not path.exists():
+    if not is_there(path):
         return id, 0.0
     facts = read_json_object(path, remedy=_REMEDY)
     try:
@@ -79,7 +80,7 @@ def _place_in_drive(path: Path, id: str) -> tuple[str, float]:
 
 def _actors(path: Path, count: int) -> NDArray[np.int64] | None:
     """The actor of each label line; None where they have no numbers."""
-    if not path.exists():
+    if not is_there(path):
         return None
     numbers = actors_of(read_scene_file(path, remedy=_REMEDY))
     return None if numbers is None or len(numbers) != count else np.array(numbers, np.int64)
