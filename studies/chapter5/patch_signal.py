@@ -176,14 +176,14 @@ def _signal(
     judged = [_placed(scenes, [options.seed, 1, number]) for number in range(options.judged)]
     effects = []
     for pixels in (grey, *pictures):
-        for one in judged:
-            effects.append(one.effect(detector, pixels))
+        for ghost in judged:
+            effects.append(ghost.effect(detector, pixels))
             one_done()
     # A patch for one place alone.
     own = [_placed(scenes, [options.seed, 2, number]) for number in range(options.own)]
     after = []
-    for one in own:
-        after.append(one.effect(detector, _trained(detector, one, options.steps)))
+    for ghost in own:
+        after.append(ghost.effect(detector, _trained(detector, ghost, options.steps)))
         one_done()
     return PatchSignal(
         weights_hash(detector),
@@ -191,7 +191,7 @@ def _signal(
         1 / common if common > 0 else None,
         _mean(effects[: len(judged)]),
         _mean(effects[len(judged) :]),
-        _mean([one.effect(detector, grey) for one in own]),
+        _mean([ghost.effect(detector, grey) for ghost in own]),
         _mean(after),
     )
 
@@ -265,7 +265,7 @@ def _pictures(scenes: PatchScenes) -> Iterator[Tensor]:
 def _mean(effects: Sequence[PatchEffect]) -> PatchEffect:
     return PatchEffect(
         *(
-            float(np.mean([getattr(one, name) for one in effects]))
+            float(np.mean([getattr(effect, name) for effect in effects]))
             for name in ("loss", "score", "seen")
         )
     )
