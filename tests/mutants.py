@@ -17,6 +17,7 @@ import difflib
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -36,6 +37,8 @@ ROOMS = ("attacks", "metrics", "planners", "validation", "pipeline.py")
 PATIENCE = 3.0
 """As many times their usual duration, and a minute, after which tests count as failed: a mutant
 may loop for ever."""
+PASSED = (0, 5)
+"""What pytest ends with where nothing failed, or there was no test."""
 
 
 @dataclass(frozen=True)
@@ -104,38 +107,75 @@ def tests_of(module: str) -> list[list[str]]:
 def killed_by(copy: Path, kernels: bool, tests: list[list[str]]) -> str:
     """The tests that fail, as they were asked for; empty if the mutant survives."""
     for some in tests:
-        limit = PATIENCE * usual_duration(copy, kernels, tuple(some)) + 60.0
+        usual = unmutated(copy, kernels, tuple(some))
+        left_out = [word for name in usual.failed for word in ("--deselect", name)]
+        command = pytest_of("-x", *left_out, *some)
         try:
-            if run_tests(copy, kernels, some, limit):
+            if (
+                ran(command, copy, kernels, PATIENCE * usual.seconds + 60.0).returncode
+                not in PASSED
+            ):
                 return " ".join(some)
         except subprocess.TimeoutExpired:
             return f"{' '.join(some)} (time)"
     return ""
 
 
+@dataclass(frozen=True)
+class Unmutated:
+    """What tests do without a mutant."""
+
+    seconds: float
+    failed: tuple[str, ...]
+    """Those that fail, such as by a limit of time where kernels are Python: they tell nothing of a
+    mutant, and are left out."""
+
+
 @cache
-def usual_duration(copy: Path, kernels: bool, tests: tuple[str, ...]) -> float:
-    """Seconds that tests take without a mutant.  To be asked before there is one."""
+def unmutated(copy: Path, kernels: bool, tests: tuple[str, ...]) -> Unmutated:
+    """Run tests without a mutant.  To be asked before there is one."""
     begun = time.monotonic()
-    if run_tests(copy, kernels, tests):
-        raise SystemExit(f"{' '.join(tests)} fail without any mutant")
-    return time.monotonic() - begun
+    done = ran(pytest_of("-rfE", "--tb=no", *tests), copy, kernels)
+    failed = failures(done.stdout)
+    if done.returncode not in PASSED and not failed:
+        raise SystemExit(f"{' '.join(tests)} end with {done.returncode} without any mutant")
+    for name in failed:
+        print(f"left out, as it fails without any mutant: {name}", file=sys.stderr)
+    return Unmutated(time.monotonic() - begun, failed)
 
 
-def run_tests(copy: Path, kernels: bool, tests: Sequence[str], limit: float | None = None) -> bool:
-    """Whether a test fails; kernels run as plain Python where `kernels` is True."""
+def failures(report: str) -> tuple[str, ...]:
+    """The tests that pytest's short summary names as failed, as `--deselect` takes them.
+
+    Example:
+        >>> failures("FAILED tests/a.py::test_b[x - y] - assert 1 == 2\\n1 failed in 0.1s")
+        ('tests/a.py::test_b[x - y]',)
+    """
+    lines = re.findall(r"^(?:FAILED|ERROR) (\S+?::[^\[\s]+(?:\[.*?\](?= - |$))?)", report, re.M)
+    return tuple(dict.fromkeys(lines))
+
+
+def pytest_of(*words: str) -> list[str]:
+    """The command that runs fast tests in one process."""
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-m", "not slow"]
+    # Where kernels are Python, hashes overflow as they shall, and numpy warns of it.
+    command += ["-W", "ignore:overflow encountered:RuntimeWarning", "-p", "no:cacheprovider"]
+    return [*command, *words]
+
+
+def ran(
+    command: Sequence[str], copy: Path, kernels: bool, limit: float | None = None
+) -> subprocess.CompletedProcess[str]:
+    """A command in the copy; kernels run as plain Python where `kernels` is True."""
     environment = os.environ | {
         "PYTHONPATH": str(copy),
         "OMP_NUM_THREADS": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
         "NUMBA_DISABLE_JIT": str(int(kernels)),
     }
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-m", "not slow"]
-    # Where kernels are Python, hashes overflow as they shall, and numpy warns of it.
-    command += ["-W", "ignore:overflow encountered:RuntimeWarning"]
-    command += ["-p", "no:cacheprovider", *tests]
-    done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=limit)
-    return done.returncode not in (0, 5)  # 5: no tests there
+    return subprocess.run(
+        command, cwd=copy, env=environment, capture_output=True, text=True, timeout=limit
+    )
 
 
 def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
@@ -147,7 +187,7 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     before, tests = path.read_text(), tests_of(mutant.module)
     kernels = "@kernel(" in before
     for some in tests:
-        usual_duration(copy, kernels, tuple(some))
+        unmutated(copy, kernels, tuple(some))
     begun = time.monotonic()
     after = mutate_code(before, plugins.get_operator(mutant.operator)(), mutant.occurrence)
     change = [
