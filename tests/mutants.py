@@ -138,7 +138,10 @@ def unmutated(copy: Path, kernels: bool, tests: tuple[str, ...]) -> Unmutated:
     done = ran(pytest_of("-rfE", "--tb=no", *tests), copy, kernels)
     failed = failures(done.stdout)
     if done.returncode not in PASSED and not failed:
-        raise SystemExit(f"{' '.join(tests)} end with {done.returncode} without any mutant")
+        report = done.stdout[-2000:] + done.stderr[-2000:]
+        raise SystemExit(
+            f"{' '.join(tests)} end with {done.returncode} without a mutant:\n{report}"
+        )
     for name in failed:
         print(f"left out, as it fails without any mutant: {name}", file=sys.stderr)
     return Unmutated(time.monotonic() - begun, failed)

@@ -8,10 +8,14 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.evaluation.contested import is_contested
 from avsec_gym.experiments import procedural_frames as module
 from avsec_gym.experiments.chapter5 import scenes
-from avsec_gym.experiments.procedural_frames import PROCEDURAL, procedural_frames
+from avsec_gym.experiments.procedural_frames import CONTESTED, PROCEDURAL, procedural_frames
 from avsec_gym.runs.experiment import Configuration
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene_sets import scene_of_layout
+from avsec_gym.world.layouts import generate_layout
 
 
 @pytest.fixture
@@ -43,12 +47,29 @@ def test_what_cannot_be_is_refused(asked: dict[str, Any]) -> None:
     assert not asked
 
 
-def test_a_run_takes_them_by_limit_and_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contested_ones_are_those_of_their_set_that_are(asked: dict[str, Any]) -> None:
+    assert procedural_frames(2, 5) != procedural_frames(2, 5, contested=True)
+    every, chosen = asked.values()
+    assert chosen.settings == every.settings | {"chosen": "contested"}
+    assert len(chosen) == len(chosen.numbers) == 2
+    for number in range(chosen.numbers[-1] + 1):
+        scene = scene_of_layout(generate_layout(number, set_seed=chosen.seed), chosen.seed)
+        matters = any(is_contested(scene, way) for way in Intention)
+        assert matters == (number in chosen.numbers)
+
+
+@pytest.mark.parametrize("place", [PROCEDURAL, CONTESTED])
+def test_a_run_takes_them_by_limit_and_seed(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
     asked: list[Any] = []
-    monkeypatch.setattr(scenes, "procedural_frames", lambda *given: asked.append(given) or "there")
+
+    def frames(*given: Any, contested: bool) -> str:
+        asked.append((*given, contested))
+        return "there"
+
+    monkeypatch.setattr(scenes, "procedural_frames", frames)
     monkeypatch.setattr(scenes, "frame_scenes", lambda *given, **more: (given, more))
     scenes._scenes.cache_clear()
-    found = scenes.scenes_of(Configuration(PROCEDURAL, 5, 7))
+    found = scenes.scenes_of(Configuration(place, 5, 7))
     scenes._scenes.cache_clear()
-    assert asked == [(5, 7)]
+    assert asked == [(5, 7, place == CONTESTED)]
     assert found == (("there",), {"count": 5, "seed": 7})
