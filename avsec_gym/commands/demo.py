@@ -31,7 +31,7 @@ class Demo:
 
     out: Path = Path("runs/demo")
     """Folder of the run: new, empty, or with the same demo."""
-    scenarios: int = 12
+    scenarios: int = 8
     """How many scenes, each driven left, straight and right."""
     seed: int = 0
     """Of the scenes and the attacks."""

@@ -49,7 +49,7 @@ def test_only_patches_that_were_trained_are_put_up(
         *(("stereo_rcnn", attack) for attack in ("unattacked", "thesis_pgd-1")),
     ]
     assert experiment("demo") is DEMO
-    assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural_contested", 12)
+    assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural_contested", 8)
 
 
 def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleType) -> None:

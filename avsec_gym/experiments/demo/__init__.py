@@ -1,1 +1,1 @@
-"""The demo: both detectors in a dozen scenes in which it matters what a car sees."""
+"""The demo: both detectors in a few scenes in which it matters what a car sees."""

@@ -23,8 +23,6 @@ from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
 
-QUESTION = "What does an attacked car still see, and does it still drive safely?"
-
 
 def findings(run: RunFolder, request: ReportRequest) -> Findings:
     """The story, its pictures first, then all rates.
@@ -34,7 +32,7 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     """
     outcomes = outcomes_of(run)
     if not outcomes.strongest:
-        return Findings(question=QUESTION, remarks=["Nothing is done yet."])
+        return Findings(remarks=["Nothing is done yet."])
     threshold = {**OPTIONS, **run.configuration.options}["score_threshold"]
     ways = contested_ways(scenes_of(run.configuration))
     story, rates = story_rows(outcomes, ways, threshold), demo_rows(outcomes)
@@ -60,7 +58,6 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         {"story": as_json(story), "rates": as_json(rates)},
         {setting for setting, _ in run.settings()},
         {attack: attack_name(attack) for attack in ATTACKS},
-        question=QUESTION,
         extent=f"{len(outcomes.scenarios)} scenes",
         remarks=[_IN_PART] if run.missing() or run.failures() else [],
         problems=problems,
@@ -78,6 +75,7 @@ _CONTEXT = (
 
 
 def _story_table(rows: Sequence[StoryRow]) -> Table:
+    unattacked = {row.detector: row.safe for row in rows if row.attack == UNATTACKED}
     lines = [
         [
             name(detector_name(row.detector)),
@@ -86,7 +84,7 @@ def _story_table(rows: Sequence[StoryRow]) -> Table:
             TableCell(
                 f"{row.safe} of {row.drives}",
                 key=float(row.safe),
-                tone="bad" if row.attack != UNATTACKED and row.safe < row.drives else "",
+                tone="bad" if row.safe < unattacked.get(row.detector, 0) else "",
             ),
         ]
         for row in rows
