@@ -1,4 +1,4 @@
-"""A world of upright boxes on flat ground, scanned by plain loops over rays: the tests' judge."""
+"""A world of upright boxes on flat ground, scanned ray by ray: the tests' judge."""
 
 from __future__ import annotations
 
@@ -41,41 +41,46 @@ def scan_of(
         velocity: Of the boxes, m/s.
         hidden: Boxes that stand there, but of which the scan has nothing: their rays are lost.
     """
-    points = []
-    for elevation in np.radians(np.arange(-24.0, 2.0, 0.4)):
-        for azimuth in np.radians(np.arange(-180.0, 180.0, 0.5)):
-            when = azimuth * sweep.period / (2 * np.pi)
-            # Where the sensor is at the ray's own time.
-            turn, ahead = sweep.turn_rate * when, sweep.speed * when
-            here = pose @ np.array(
-                [
-                    [np.cos(turn), -np.sin(turn), 0, ahead * np.cos(turn / 2)],
-                    [np.sin(turn), np.cos(turn), 0, ahead * np.sin(turn / 2)],
-                    [0, 0, 1, 0],
-                    [0, 0, 0, 1],
-                ]
-            )
-            own = np.array(
-                [
-                    np.cos(elevation) * np.cos(azimuth),
-                    np.cos(elevation) * np.sin(azimuth),
-                    np.sin(elevation),
-                ]
-            )
-            ray, origin = here[:3, :3] @ own, here[:3, 3] + [0, 0, TIP]
-            shift = (time + when) * np.array([*velocity, 0.0])
-            met = [_meets(origin - shift, ray, box) for box in boxes]
-            lost = [_meets(origin - shift, ray, box) for box in hidden]
-            ground = -origin[2] / ray[2] if ray[2] < 0 else np.inf
-            far = min([*met, ground])
-            if far < 80.0 and min([*lost, np.inf]) > far:
-                points.append([*(far * own + [0, 0, TIP]), 0.5])
-    return VehicleScan(np.array(points, np.float32), pose, time)
+    elevation, azimuth = (
+        angles.ravel()
+        for angles in np.meshgrid(
+            np.radians(np.arange(-24.0, 2.0, 0.4)), np.radians(np.arange(-180.0, 180.0, 0.5)),
+            indexing="ij",
+        )
+    )  # fmt: skip
+    when = azimuth * sweep.period / (2 * np.pi)
+    # Where the sensor is at each ray's own time.
+    turn, ahead = sweep.turn_rate * when, sweep.speed * when
+    here = np.zeros((len(when), 4, 4))
+    here[:, 0, 0], here[:, 0, 1] = np.cos(turn), -np.sin(turn)
+    here[:, 1, 0], here[:, 1, 1] = np.sin(turn), np.cos(turn)
+    here[:, 0, 3], here[:, 1, 3] = ahead * np.cos(turn / 2), ahead * np.sin(turn / 2)
+    here[:, 2, 2] = here[:, 3, 3] = 1
+    here = pose @ here
+    own = np.c_[
+        np.cos(elevation) * np.cos(azimuth),
+        np.cos(elevation) * np.sin(azimuth),
+        np.sin(elevation),
+    ]
+    rays = np.einsum("nij,nj->ni", here[:, :3, :3], own)
+    origins = here[:, :3, 3] + [0, 0, TIP]
+    moved = origins - (time + when)[:, None] * [*velocity, 0.0]
+    far = np.full(len(rays), np.inf)
+    np.divide(-origins[:, 2], rays[:, 2], out=far, where=rays[:, 2] < 0)
+    for box in boxes:
+        far = np.minimum(far, _meets(moved, rays, box))
+    lost = np.full(len(rays), np.inf)
+    for box in hidden:
+        lost = np.minimum(lost, _meets(moved, rays, box))
+    seen = (far < 80.0) & (lost > far)
+    points = far[seen, None] * own[seen] + [0, 0, TIP]
+    return VehicleScan(np.c_[points, np.full(len(points), 0.5)].astype(np.float32), pose, time)
 
 
-def _meets(origin: Floats, ray: Floats, box: Box) -> float:
+def _meets(origins: Floats, rays: Floats, box: Box) -> Floats:
+    """How far along each ray the box begins; infinite where it is missed."""
     low, high = np.array(box[::2]), np.array(box[1::2])
     with np.errstate(divide="ignore", invalid="ignore"):
-        faces = np.stack([low - origin, high - origin]) / ray
-    enters, leaves = faces.min(axis=0).max(), faces.max(axis=0).min()
-    return float(enters) if 0 < enters <= leaves else np.inf
+        faces = np.stack([low - origins, high - origins]) / rays
+    enters, leaves = faces.min(axis=0).max(axis=1), faces.max(axis=0).min(axis=1)
+    return np.where((enters > 0) & (enters <= leaves), enters, np.inf)
