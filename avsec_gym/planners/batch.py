@@ -67,6 +67,7 @@ def _search_all(
     """The fields of `BatchPlans`.
 
     Invariant: memory is shared by all problems; the first `near` rows belong to the present one.
+    Rows are copied element by element: assignments of slices are compiled three times as long.
     """
     limits, start = problem.limits, problem.start
     count, rows, known = tracks.poses.shape[0], tracks.poses.shape[1], tracks.poses.shape[2]
@@ -97,7 +98,9 @@ def _search_all(
             for k in range(4):
                 vertices[near, k, 0] = half_length if k == 0 or k == 3 else -half_length
                 vertices[near, k, 1] = half_width if k < 2 else -half_width
-            poses[near] = tracks.poses[b, i]
+            for t in range(known):
+                for k in range(4):
+                    poses[near, t, k] = tracks.poses[b, i, t, k]
             near += 1
         world = CollisionWorld(
             vertices[:near],
@@ -114,6 +117,7 @@ def _search_all(
             node = state.counters[GOAL_NODE]
             driven = trajectory_to(node, problem, state)
             found[b], lengths[b], cost[b] = True, driven.shape[0], state.pose[node, ELAPSED]
-            trajectories[b, : driven.shape[0]] = driven
-            trajectories[b, driven.shape[0] :] = driven[-1]
+            for t in range(longest):
+                for k in range(5):
+                    trajectories[b, t, k] = driven[min(t, driven.shape[0] - 1), k]
     return found, lengths, trajectories, cost, expanded

@@ -96,11 +96,19 @@ def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
 
 @kernel(nogil=True)
 def move(state: SearchState, new: SearchState, end_class: NDArray[np.int64]) -> None:
-    """Move everything into memory with more room, whatever was in that."""
-    used, queued = state.counters[NODES], state.counters[QUEUED]
-    new.pose[:used], new.link[:used] = state.pose[:used], state.link[:used]
-    new.key[:queued], new.item[:queued] = state.key[:queued], state.item[:queued]
-    new.counters[:] = state.counters
+    """Move everything into memory with more room, whatever was in that.
+
+    Element by element: assignments of slices are compiled three times as long.
+    """
+    for i in range(state.counters[NODES]):
+        for k in range(state.pose.shape[1]):
+            new.pose[i, k] = state.pose[i, k]
+        for k in range(state.link.shape[1]):
+            new.link[i, k] = state.link[i, k]
+    for i in range(state.counters[QUEUED]):
+        new.key[i], new.item[i] = state.key[i], state.item[i]
+    for i in range(state.counters.shape[0]):
+        new.counters[i] = state.counters[i]
     new.table[:] = -1
     mask = new.table.shape[0] - 1
     for i in range(state.table.shape[0]):
