@@ -65,7 +65,13 @@ def test_every_page_with_a_snippet_is_accounted_for() -> None:
         assert all((ROOT / test).is_file() for test in tests.split(", "))
 
 
-@pytest.mark.parametrize("name", RUN_HERE)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name == "start/rl_researcher" else [])
+        for name in RUN_HERE
+    ],
+)
 def test_snippets_run_as_they_stand(name: str, tmp_path: Path) -> None:
     code = "\n".join(blocks(ROOT / f"docs/{name}.md", "python"))
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=tmp_path)

@@ -81,6 +81,7 @@ def test_who_wins_is_said_by_the_paired_interval() -> None:
     assert low <= facts["interquartile_mean"] <= high
 
 
+@pytest.mark.slow
 def test_the_shipped_agent_beats_its_baselines_and_does_what_its_card_says() -> None:
     (name,) = shipped_agents()
     agent = load_agent(name)
@@ -104,6 +105,7 @@ def test_the_shipped_agent_beats_its_baselines_and_does_what_its_card_says() -> 
     assert fresh["success_rate"] == pytest.approx(found.rows[0].rate)
 
 
+@pytest.mark.slow
 def test_a_comparison_can_be_made_again() -> None:
     agent = load_agent("ghost_place")
     first, again = (compare([agent], 40, 3, queries=600).to_json() for _ in range(2))

@@ -21,7 +21,7 @@ CALL = f"{sys.executable} -c 'from avsec_gym.cli import main; main()'"
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX shell")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&-", ">&- 2>&-", "<&- >&- 2>&-"])
-@pytest.mark.parametrize(("words", "code"), [("experiments", 0), ("--version", 0), ("nothing", 2)])
+@pytest.mark.parametrize(("words", "code"), [("agents list", 0), ("--version", 0), ("nothing", 2)])
 def test_closed_streams(closed: str, words: str, code: int, tmp_path: Path) -> None:
     out = tmp_path / "out.txt"
     command = f"{{ {CALL} {words} {closed}; }} > {out} 2>&1"
@@ -31,7 +31,7 @@ def test_closed_streams(closed: str, words: str, code: int, tmp_path: Path) -> N
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-@pytest.mark.parametrize("words", ["experiments", "--version", ""])
+@pytest.mark.parametrize("words", ["agents list", "--version", ""])
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_a_full_output(words: str, unbuffered: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
@@ -73,7 +73,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         "--version",
         "evaluate --help",
-        "experiments",
+        "agents list",
         "plan {problem}",
         "plan {problem} {problem}",
         "evaluate --scenarios layouts --limit 1 --json",

@@ -160,6 +160,7 @@ def test_who_does_not_ask_where_is_not_told(validated: Lines, tmp_path: Path) ->
     assert row["locating_seconds"] is None
 
 
+@pytest.mark.slow
 def test_light_that_e_overlooks_is_detected_by_the_other_shares(
     validated: Lines, tmp_path: Path
 ) -> None:
@@ -214,6 +215,7 @@ def test_broken_clean_frames_are_told_again_when_it_goes_on(
     assert json.loads((out / "thresholds.json").read_text())["fitted_on"]["data"]["frames"] == 1
 
 
+@pytest.mark.slow
 def test_one_command_makes_a_likelihood_file(
     validated: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

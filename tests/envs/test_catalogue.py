@@ -67,6 +67,8 @@ LOADS = {
     "avsec/ClosedLoopAttack-v0": ["matplotlib", "pygame"],
 }
 """Heavy modules that an environment needs to be played."""
+FAMILIES = {"avsec/GhostObject-v1", "avsec/PatchAttack-v0", "avsec/ClosedLoop-v0"}
+"""One of those that load the same; the others are tried with the slow tests."""
 DRIVES = {"avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"}
 """Go on over time: other outcomes, and `driving` before the end."""
 ENDS_DRIVES = {"goal", "collision", "off_road"}
@@ -108,7 +110,7 @@ def env(request: pytest.FixtureRequest) -> Iterator[gym.Env[Any, Any]]:
 def play(env: gym.Env[Any, Any], seed: int, steps: int | None = None) -> Iterator[Any]:
     """Everything that comes out of some episodes with seeded random actions."""
     if steps is None:
-        steps = 3 if env.spec.id in CONNECTED else 8 if env.spec.id in HAS_IMAGES else 25  # type: ignore[union-attr]
+        steps = 2 if env.spec.id in CONNECTED else 4 if env.spec.id in HAS_IMAGES else 25  # type: ignore[union-attr]
     env.action_space.seed(seed)
     observation, info = env.reset(seed=seed)
     yield observation, info
@@ -236,7 +238,9 @@ def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
 def test_what_a_step_returns_are_plain_types(env: gym.Env[Any, Any]) -> None:
     endings = set()
     quick = env.spec.id not in ONE_STEP | ATTACKS_SENSORS | CONNECTED  # type: ignore[union-attr]
-    steps = 400 if quick else 12 if env.spec.id in CONNECTED else 40  # type: ignore[union-attr]
+    steps = (
+        400 if quick else 3 if env.spec.id in ONE_STEP else 12 if env.spec.id in CONNECTED else 40
+    )  # type: ignore[union-attr]
     for parts in play(env, 2, steps):
         if len(parts) == 5:
             _, reward, terminated, truncated, info = parts
@@ -303,7 +307,8 @@ def test_registering_twice_is_harmless() -> None:
 @every_id
 def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
     plain, shown = make(id), make(id, render_mode="rgb_array")
-    for expected, parts in zip(play(plain, 8, 4), play(shown, 8, 4), strict=True):
+    steps = 1 if id in ONE_STEP | CONNECTED else 4
+    for expected, parts in zip(play(plain, 8, steps), play(shown, 8, steps), strict=True):
         picture = shown.render()
         assert isinstance(picture, np.ndarray)
         assert picture.dtype == np.uint8
@@ -326,7 +331,10 @@ def printed_by(program: str, id: str) -> str:
     return done.stdout.strip()
 
 
-@every_id
+@pytest.mark.parametrize(
+    "id",
+    [pytest.param(id, marks=[] if id in FAMILIES else pytest.mark.slow) for id in IDS],
+)
 def test_a_fresh_process_knows_the_prefixed_id_and_loads_nothing_heavy(id: str) -> None:
     program = (
         "import json, sys, gymnasium as gym; assert 'avsec_gym' not in sys.modules;"
@@ -379,19 +387,20 @@ def test_a_step_before_the_first_reset_is_refused(id: str) -> None:
 
 @every_id
 def test_options_pick_scenario_and_intention(id: str) -> None:
-    made = make(id)
+    made, some = make(id), 1 if id in CONNECTED else 2
     _, first = made.reset(seed=0)
     chosen = {"scenario": first["scenario"], "intention": first["intention"]}
-    for seed in range(5):
+    for seed in range(2 * some):
         _, info = made.reset(seed=seed, options=chosen)
         assert {name: info[name] for name in chosen} == chosen
     drawn = {
-        made.reset(seed=seed, options={"intention": "right"})[1]["intention"] for seed in range(9)
+        made.reset(seed=seed, options={"intention": "right"})[1]["intention"]
+        for seed in range(4 * some)
     }
     assert drawn == {"right"}
     intentions = {
         made.reset(seed=seed, options={"scenario": first["scenario"]})[1]["intention"]
-        for seed in range(20)
+        for seed in range(6 * some)
     }
     assert len(intentions) > 1
 
@@ -418,7 +427,7 @@ def test_many_at_once(id: str, mode: str) -> None:
     vector = gym.make_vec(id, num_envs=3, vectorization_mode=mode, **arguments(id))
     observations, _ = vector.reset(seed=0)
     assert vector.observation_space.contains(observations)
-    for _ in range(15):
+    for _ in range(3 if id in CONNECTED else 15):
         observations, rewards, terminated, truncated, info = vector.step(
             vector.action_space.sample()
         )

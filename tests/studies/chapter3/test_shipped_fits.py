@@ -57,7 +57,14 @@ def dots(number: int) -> SensorFrame:
     return SensorFrame(f"{number:010d}", rig.calibration, images, points)
 
 
-@pytest.mark.parametrize("system", SHIPPED_SYSTEMS, ids=str)
+@pytest.mark.parametrize(
+    "system",
+    [
+        pytest.param(system, marks=[] if system.sensors == (LIDAR, 3, 2) else pytest.mark.slow)
+        for system in SHIPPED_SYSTEMS
+    ],
+    ids=str,
+)
 def test_what_is_counted_is_what_validators_say(system: SensorSystem) -> None:
     frame, depth = dots(1), PairDepth("sgbm")
     bogus = frame.with_points(frame.points[::2] * np.float32(0.5))

@@ -112,6 +112,7 @@ def test_cars_in_reach_tell_what_all_cars_do_not(made: ModuleType) -> None:
     assert rows[REACH_FOUND, "dsgn", "patches"].rho is None
 
 
+@pytest.mark.slow
 def test_a_box_beside_its_car_counts_as_found_but_not_as_precise(made: ModuleType) -> None:
     drifted = over_attacks(*measured(made, drift=0.8))
     assert drifted[REACH_FOUND, "dsgn", "all"].rho == pytest.approx(1)
@@ -137,6 +138,7 @@ def test_drives_that_turn_are_told_by_what_is_lost_in_reach(made: ModuleType) ->
     assert rows[PLANNING_KL].area > every.area
 
 
+@pytest.mark.slow
 def test_ghosts_are_told_by_measures_that_know_of_them(made: ModuleType) -> None:
     real = made.car(x=14.0, z=40.0, score=0.9)
     ghost = made.car(z=11.0, score=0.9)

@@ -155,10 +155,10 @@ def run(way: str, program: str, cache: Path) -> subprocess.CompletedProcess[str]
     [
         ("script", ONE, 1),
         ("stdin", ONE, 1),
-        ("interactive", ONE, 1),
+        pytest.param("interactive", ONE, 1, marks=pytest.mark.slow),
         ("script", ASYNC, 2),
-        ("script", SUBPROC, 3),
-        ("stdin", SUBPROC, 3),
+        pytest.param("script", SUBPROC, 3, marks=pytest.mark.slow),
+        pytest.param("stdin", SUBPROC, 3, marks=pytest.mark.slow),
         pytest.param("script", FORKSERVER, 3, marks=pytest.mark.slow),
         pytest.param("script", SPAWN, 3, marks=pytest.mark.slow),
     ],
