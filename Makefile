@@ -21,14 +21,13 @@ test-slow: .venv/installed
 	$(PYTEST) -m slow
 
 # What computes in floating point once more, with the arithmetic of a processor of 2008: without AVX,
-# torch, oneDNN, MKL and OpenBLAS add up in another order, and other last digits come out. Left out are
-# the parity with the originals' outputs, as long as all the rest and with tolerances of its own, and
-# what every environment has in common, which is about interfaces.
+# torch, oneDNN, MKL and OpenBLAS add up in another order, and other last digits come out. Left out is
+# the parity with the originals' outputs, as long as all the rest and with tolerances of its own.
 LOWEST := ATEN_CPU_CAPABILITY=default ONEDNN_MAX_CPU_ISA=SSE41 MKL_ENABLE_INSTRUCTIONS=SSE4_2 \
 	OPENBLAS_CORETYPE=Prescott
-NUMERICAL := tests/perception tests/attacks tests/validation tests/envs \
-	--ignore tests/perception/test_parity.py --ignore tests/envs/test_catalogue.py \
-	--ignore tests/envs/test_arguments.py
+NUMERICAL := tests/perception tests/attacks tests/validation/evidence tests/validation/likelihood \
+	tests/validation/repair tests/validation/connected/surfaces tests/validation/test_*.py \
+	--ignore tests/perception/test_parity.py
 test-lowest: .venv/installed
 	$(LOWEST) $(PYTEST) -m "$(if $(SLOW),,not slow)" $(NUMERICAL)
 
