@@ -72,9 +72,9 @@ def _show(
     row[10], row[11] = _cut(others[2] / 25.0), others[3]
     # The nearest objects, in the car's frame.
     apart = np.hypot(poses[:, 0] - x, poses[:, 1] - y)
-    nearest = np.argsort(apart, kind="mergesort")
-    for k in range(min(len(nearest), (len(row) - OWN) // EACH)):
-        i = nearest[k]
+    for k in range(min(len(apart), (len(row) - OWN) // EACH)):
+        i = np.argmin(apart)
+        apart[i] = np.inf  # It has been taken.
         dx, dy = poses[i, 0] - x, poses[i, 1] - y
         turned = poses[i, 2] - heading
         turned_cos, turned_sin = np.cos(turned), np.sin(turned)

@@ -105,12 +105,12 @@ def _points_in(
                 continue
             # Regions may overlap: a point counts in each that it lies in.
             if found == len(which):
-                more = np.empty(2 * found, np.int64)
-                more[:found] = which
-                which = more
-                more_local = np.empty((2 * found, 3))
-                more_local[:found] = local
-                local = more_local
+                more, more_local = np.empty(2 * found, np.int64), np.empty((2 * found, 3))
+                for i in range(found):
+                    more[i] = which[i]
+                    for k in range(3):
+                        more_local[i, k] = local[i, k]
+                which, local = more, more_local
             which[found] = r
             local[found, 0], local[found, 1], local[found, 2] = along, across, z
             found += 1
