@@ -13,7 +13,7 @@ from torch import nn
 
 from avsec_gym.errors import DataError
 from avsec_gym.perception.training.curves import CURVES
-from avsec_gym.perception.weights.state_dict import fit_state
+from avsec_gym.perception.weights.state_dict import fit_state, problem_of_values
 from avsec_gym.perception.weights.torch_files import read_torch_file
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.inert_pickle import unknown_parts
@@ -194,8 +194,8 @@ def _problem_of_memory(
             return f"{name} is not what is written there"
         if value.shape != shape:
             return f"{name} has another shape than the weights"
-        if not value.isfinite().all():
-            return f"{name} holds a value that is not finite"
+        if problem := problem_of_values(value):
+            return f"{name} holds a value that is {problem}"
         # Roots are taken of the one, and the other is divided by.
         if (name.endswith("_sq") and (value < 0).any()) or (name == "step" and value < 1):
             return f"{name} holds a value that is too small"

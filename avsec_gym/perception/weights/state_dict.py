@@ -10,6 +10,8 @@ from torch import Tensor, nn
 
 from avsec_gym.errors import DataError
 
+LARGEST = 1e12
+"""Greatest magnitude of a weight; a damaged bit of an exponent leads beyond it."""
 _NAMED = 4
 _COUNTER = "num_batches_tracked"
 _COUNTING = (torch.int64, torch.int32)
@@ -29,7 +31,7 @@ def fit_state(
 
     Raises:
         DataError: A tensor is missing, unexpected, of another shape or kind of numbers, or not
-            finite; which ones.
+            finite or beyond `LARGEST`; which ones.
     """
     # Counters that a checkpoint lacks are the network's own; tensors beyond the wanted ones stay.
     wanted = network.state_dict()
@@ -73,13 +75,22 @@ def fit_state(
             )
         fitted[name] = state[name].to(value.dtype)
         # After the cast: a double may be beyond what a float holds.
-        if value.is_floating_point() and not fitted[name].isfinite().all():
+        if value.is_floating_point() and (problem := problem_of_values(fitted[name])):
             raise DataError(
-                f"The weight {name} holds a value that is not finite.",
+                f"The weight {name} holds a value that is {problem}.",
                 path=path,
                 remedy="The file is damaged, or its training diverged.",
             )
     return fitted
+
+
+def problem_of_values(values: Tensor) -> str:
+    """What a trained network's floating-point numbers cannot be; empty if they are sound."""
+    if not values.isfinite().all():
+        return "not finite"
+    if values.numel() and (largest := values.abs().max().item()) > LARGEST:
+        return f"{largest:.2g}, more than any network learns"
+    return ""
 
 
 def _kind(value: Tensor) -> str:

@@ -98,9 +98,10 @@ def test_whatever_the_optimizer_remembers_is_taken_or_refused_by_the_file(tmp_pa
             owner[name] = right
 
 
-def test_an_average_that_is_not_finite_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("value", "words"), [(torch.inf, "not finite"), (2e30, "more than any")])
+def test_an_average_that_cannot_be_is_refused(tmp_path: Path, value: float, words: str) -> None:
     sound = checkpoint()
-    spoilt = {name: torch.full_like(value, torch.inf) for name, value in sound.average.items()}
+    spoilt = {name: torch.full_like(kept, value) for name, kept in sound.average.items()}
     save_checkpoint(tmp_path, Checkpoint(**{**vars(sound), "average": spoilt}))
-    with pytest.raises(DataError, match="not finite"):
+    with pytest.raises(DataError, match=words):
         resumed(tmp_path)

@@ -62,6 +62,9 @@ def test_other_networks_are_named(tmp_path: Path) -> None:
     torch.save({"state_dict": plain() | {"0.bias": torch.full((3,), torch.nan)}}, path)
     with pytest.raises(DataError, match=r"0.bias holds a value that is not finite"):
         load_published(path, network(1))
+    torch.save({"state_dict": plain() | {"0.bias": torch.full((3,), -6e37)}}, path)
+    with pytest.raises(DataError, match=r"0.bias holds a value that is 6e\+37, more than any"):
+        load_published(path, network(1))
     for nothing in ({}, {"epoch": 3}, torch.zeros(3)):
         torch.save(nothing, path)
         with pytest.raises(DataError, match=r"no dictionary of tensors"):
