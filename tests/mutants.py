@@ -3,6 +3,7 @@
     python tests/mutants.py                        # 300 mutants, an hour or two; prints JSON
     python tests/mutants.py --count 40 --seed 7 --only planners metrics
     python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped
+    python tests/mutants.py --jobs 2               # two at a time
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The tests that mirror the module run first, then the fast ones of its room; a mutant
@@ -24,10 +25,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
+from queue import SimpleQueue
+from threading import Lock
 from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
@@ -37,6 +41,7 @@ ROOMS = ("attacks", "metrics", "planners", "validation", "pipeline.py")
 PATIENCE = 3.0
 """As many times their usual duration, and a minute, after which tests count as failed: a mutant
 may loop for ever."""
+_ONE_AT_A_TIME = Lock()
 PASSED = (0, 5)
 """What pytest ends with where nothing failed, or there was no test."""
 
@@ -107,7 +112,7 @@ def tests_of(module: str) -> list[list[str]]:
 def killed_by(copy: Path, kernels: bool, tests: list[list[str]]) -> str:
     """The tests that fail, as they were asked for; empty if the mutant survives."""
     for some in tests:
-        usual = unmutated(copy, kernels, tuple(some))
+        usual = unmutated(kernels, tuple(some))
         left_out = [word for name in usual.failed for word in ("--deselect", name)]
         command = pytest_of("-x", *left_out, *some)
         try:
@@ -131,11 +136,16 @@ class Unmutated:
     mutant, and are left out."""
 
 
+def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
+    """What tests do without a mutant; run once, in the repository itself."""
+    with _ONE_AT_A_TIME:
+        return _unmutated(kernels, tests)
+
+
 @cache
-def unmutated(copy: Path, kernels: bool, tests: tuple[str, ...]) -> Unmutated:
-    """Run tests without a mutant.  To be asked before there is one."""
+def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
     begun = time.monotonic()
-    done = ran(pytest_of("-rfE", "--tb=no", *tests), copy, kernels)
+    done = ran(pytest_of("-rfE", "--tb=no", *tests), ROOT, kernels)
     failed = failures(done.stdout)
     if done.returncode not in PASSED and not failed:
         report = done.stdout[-2000:] + done.stderr[-2000:]
@@ -189,8 +199,6 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     path = copy / mutant.module
     before, tests = path.read_text(), tests_of(mutant.module)
     kernels = "@kernel(" in before
-    for some in tests:
-        unmutated(copy, kernels, tuple(some))
     begun = time.monotonic()
     after = mutate_code(before, plugins.get_operator(mutant.operator)(), mutant.occurrence)
     change = [
@@ -210,8 +218,18 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     }
 
 
-def copied_repository(folder: Path) -> Path:
+def tried_in_one_of(copies: SimpleQueue[Path], mutant: Mutant) -> dict[str, Any]:
+    """Try a mutant in a copy that no other uses."""
+    copy = copies.get()
+    try:
+        return tried(mutant, copy)
+    finally:
+        copies.put(copy)
+
+
+def copied_repository(folder: Path, number: int) -> Path:
     """The tracked files, and a link to the data beside the repository."""
+    folder = folder / str(number)
     copy = folder / "repository"
     names = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True).stdout
     for name in names.splitlines():
@@ -230,22 +248,25 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", default=list(ROOMS), help="rooms of the package")
+    parser.add_argument("--jobs", type=int, default=1, help="mutants at once, each in a copy")
     parser.add_argument("--keep", type=Path, help="lines of JSON; goes on with what is there")
     options = parser.parse_args()
     known = options.keep.read_text().splitlines() if options.keep and options.keep.exists() else []
     rows = {json.dumps(_key(row)): row for row in map(json.loads, known)}
     sample = list(islice(all_mutants(options.only, options.seed), options.count))
     columns = ("{task.description}", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with tempfile.TemporaryDirectory() as folder, Progress(*columns, transient=True) as progress:
-        copy = copied_repository(Path(folder))
-        for mutant in progress.track(sample, description="mutants"):
-            key = json.dumps(_key(asdict(mutant)))
-            if key in rows:
-                continue
-            rows[key] = tried(mutant, copy)
-            if options.keep:
-                with options.keep.open("a") as file:
-                    file.write(json.dumps(rows[key]) + "\n")
+    left = [mutant for mutant in sample if json.dumps(_key(asdict(mutant))) not in rows]
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.jobs) as pool:
+        copies: SimpleQueue[Path] = SimpleQueue()
+        for number in range(options.jobs):
+            copies.put(copied_repository(Path(folder), number))
+        found = pool.map(lambda mutant: tried_in_one_of(copies, mutant), left)
+        with Progress(*columns, transient=True) as progress:
+            for row in progress.track(found, total=len(left), description="mutants"):
+                rows[json.dumps(_key(row))] = row
+                if options.keep:
+                    with options.keep.open("a") as file:
+                        file.write(json.dumps(row) + "\n")
     chosen = [rows[json.dumps(_key(asdict(mutant)))] for mutant in sample]
     survivors = [row for row in chosen if not row["killed_by"]]
     result = {
