@@ -99,12 +99,16 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     return spans
 
 
+@cache
 def tests_of(module: str) -> list[list[str]]:
-    """Tests of the module's name, then those of its room; a room without a folder has one file."""
+    """Tests of the module's name, then of its room, or those nearest to a room of one file."""
     inside = Path(module).relative_to("avsec_gym")
     room = Path("tests", inside.parts[0])
     if room.suffix:
-        return [[str(room.with_name(f"test_{room.name}"))]]
+        command = [sys.executable, str(ROOT / "tests/which.py"), f"avsec_gym.{inside.stem}"]
+        lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        nearest = [line.split()[0] for line in lines.splitlines()]
+        return [nearest[:1], nearest[1:]]
     mirrored = sorted(str(p.relative_to(ROOT)) for p in (ROOT / room).rglob(f"test_{inside.name}"))
     return ([mirrored] if mirrored else []) + [[str(room)]]
 
