@@ -2,15 +2,25 @@
 
 A field with the metadata `FLAT`, and rates of episodes, have their own columns among those of the
 row; `keyed` gives a column another key.  What has a method `columns` makes several columns of one
-field.
+field, and is made of them by `of_columns`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
+from enum import Enum
 from types import NoneType
-from typing import Any, Protocol, TypeVar, get_args, get_origin, get_type_hints, runtime_checkable
+from typing import (
+    Any,
+    Protocol,
+    Self,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
 from avsec_gym.metrics.safety import SafetyRates
 
@@ -28,6 +38,11 @@ class HasColumns(Protocol):
 
     def columns(self, key: str) -> dict[str, object]:
         """The columns of the field that this key names."""
+        ...
+
+    @classmethod
+    def of_columns(cls, key: str, columns: Mapping[str, Any]) -> Self:
+        """The same, read back; raises KeyError where a column is missing."""
         ...
 
 
@@ -71,7 +86,7 @@ def row_of(kind: type[R], columns: Mapping[str, Any]) -> R:
     """The row that `row_json` made this JSON of; columns that it does not know are left out.
 
     Args:
-        kind: The dataclass; of types with `columns` it holds none.
+        kind: The dataclass.
         columns: The JSON.  What is absent has the field's default, or None where it may be None.
 
     Raises:
@@ -83,6 +98,8 @@ def row_of(kind: type[R], columns: Mapping[str, Any]) -> R:
         key, hint = column.metadata.get("key", column.name), hints[column.name]
         if "flat" in column.metadata or hint is SafetyRates:
             values[column.name] = _flat_value(hint, columns)
+        elif isinstance(hint, type) and issubclass(hint, HasColumns):
+            values[column.name] = hint.of_columns(key, columns)
         elif key in columns:
             values[column.name] = _value(hint, columns[key])
         elif NoneType in get_args(hint):
@@ -128,6 +145,8 @@ def _value(hint: Any, found: Any) -> Any:
     if is_dataclass(hint):
         assert isinstance(hint, type)
         return row_of(hint, found)
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return hint(found)
     if get_origin(hint) in (Sequence, list):
         return [_value(get_args(hint)[0], item) for item in found]
     if get_origin(hint) is tuple:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from avsec_gym.experiments.json_rows import FLAT, as_json, keyed, row_json, row_of
+from avsec_gym.scenario.intention import Intention
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,18 @@ def test_lists_of_rows_become_rows_again() -> None:
 
     garage = Garage([Brand("bmw", 1916)])
     assert row_of(Garage, {"places": [{"name": "bmw", "founded": 1916}]}) == garage
+
+
+def test_a_value_of_an_enumeration_is_read_back() -> None:
+    @dataclass(frozen=True)
+    class Turn:
+        way: Intention
+        last: Intention | None
+
+    assert row_of(Turn, {"way": "left", "last": "right"}) == Turn(Intention.LEFT, Intention.RIGHT)
+    assert isinstance(row_of(Turn, {"way": "left"}).way, Intention)
+    with pytest.raises(ValueError, match="back"):
+        row_of(Turn, {"way": "back"})
 
 
 def test_what_is_missing_is_none_where_it_may_be() -> None:

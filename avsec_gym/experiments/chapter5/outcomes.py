@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.average_precision import (
     STANDARD_IOU,
     AveragePrecision,
@@ -57,6 +59,11 @@ class Condition:
     def columns(self, key: str) -> dict[str, object]:
         """Its fields, among the columns of a row; see `json_rows`."""
         return dict(vars(self))
+
+    @classmethod
+    def of_columns(cls, key: str, columns: Mapping[str, Any]) -> Condition:
+        """Of those columns again."""
+        return row_of(cls, columns)
 
     @property
     def setting(self) -> str:

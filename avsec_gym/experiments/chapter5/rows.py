@@ -7,8 +7,9 @@ beside it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.metrics.paired import paired_differences
@@ -38,6 +39,11 @@ class Estimate:
             {'rate': 0.5, 'rate_interval': [0.25, 0.75]}
         """
         return {key: self.value, f"{key}_interval": as_json(self.interval)}
+
+    @classmethod
+    def of_columns(cls, key: str, columns: Mapping[str, Any]) -> Estimate:
+        """The figure and its interval, read back."""
+        return cls(columns[key], columns[f"{key}_interval"])
 
 
 NOTHING = Estimate(None)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from types import ModuleType
+
+import pytest
 
 from avsec_gym.experiments.chapter5.figures import ChapterFigures
 from avsec_gym.experiments.chapter5.ghost_positions import GhostCount, ghost_summary
@@ -13,7 +16,7 @@ from avsec_gym.experiments.chapter5.pyramid import PyramidRow
 from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate, PairedRates
 from avsec_gym.experiments.chapter5.seen import SeenRow
 from avsec_gym.experiments.chapter5.tables import precision_rows
-from avsec_gym.experiments.json_rows import as_json, row_json
+from avsec_gym.experiments.json_rows import as_json, row_json, row_of
 from avsec_gym.metrics.paired import paired_differences
 
 CONDITION = Condition("dsgn", "thesis_pgd-1", 4.0)
@@ -26,6 +29,16 @@ def test_a_row_is_flat_and_intervals_stand_beside_their_figures() -> None:
         "ghosts_in_lanes": None, "ghosts_in_lanes_interval": None,
         "ghosts_beside": 1.0, "ghosts_beside_interval": None,
     }  # fmt: skip
+
+
+def test_conditions_and_estimates_are_read_back() -> None:
+    row = SeenRow(CONDITION, Estimate(0.5, (0.25, 0.75)), NOTHING, Estimate(1.0))
+    columns = row_json(row)
+    again = row_of(SeenRow, json.loads(json.dumps(columns)))
+    assert again == replace(row, cars_found=Estimate(0.5, [0.25, 0.75]))
+    del columns["cars_found_interval"]
+    with pytest.raises(KeyError, match="cars_found_interval"):
+        row_of(SeenRow, columns)
 
 
 def test_inner_rows_stand_among_the_columns() -> None:
