@@ -5,17 +5,21 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from avsec_gym.errors import DataError
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.text_files import write_text
 from studies.answer import exit_code
 
+R = TypeVar("R")
+
 
 def page_of_result(
     arguments: Sequence[str] | None,
-    page: Callable[[Any], str],
+    kind: type[R],
+    page: Callable[[R], str],
     *,
     maker: str,
     what: str | None,
@@ -25,8 +29,8 @@ def page_of_result(
 
     Args:
         arguments: The words of the command line; None: those of the process.
-        page: Function from the result to Markdown; raises ValueError, KeyError or TypeError where
-            it is no such result.
+        kind: The dataclass of the result.
+        page: Function from the result to Markdown.
         maker: Name of the study's part that makes the result.
         what: Docstring of the module, whose first line is the help.
         remedy: How the result is made.
@@ -41,7 +45,7 @@ def page_of_result(
 
     def work() -> None:
         try:
-            text = page(read_json(options.result, remedy=remedy))
+            text = page(row_of(kind, read_json(options.result, remedy=remedy)))
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(
                 f"This is no result of {maker}.", path=options.result, remedy=remedy

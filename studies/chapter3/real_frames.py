@@ -12,7 +12,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from avsec_gym.experiments.chapter3.identification.detection_rates import case_n
 from avsec_gym.experiments.chapter3.recordings import JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES
@@ -33,6 +33,12 @@ from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import Criterion, ThresholdTable
 from avsec_gym.world.export import default_suite
 from studies.answer import answer
+from studies.chapter3.real_frames_result import (
+    DetectionOnFrame,
+    FittedSuite,
+    Measures,
+    RealFramesResult,
+)
 from studies.chapter3.real_impact import impact_on_real_frames
 
 _SYSTEM = LIDAR_AND_TWO_CAMERAS
@@ -40,7 +46,7 @@ _TRIPLE = _SYSTEM.triples[0]
 _CRITERIA: tuple[Criterion, ...] = ("any", "error")
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> RealFramesResult:
     """Fit, and attack every real frame.
 
     Raises:
@@ -54,27 +60,25 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     clean = object_recordings(suite, _SYSTEM.sensors).frames
     table = fit_threshold_table(CleanFrames(clean, _SYSTEM, depth, {"suite": "mixed"}))
     real = object_recordings(options.kitti, _SYSTEM.sensors)
-    return {
-        "fitted": dict(table.on.data),
-        "rate": options.rate,
-        "draws": options.draws,
-        "thresholds": {
+    return RealFramesResult(
+        fitted=FittedSuite(**table.on.data),
+        rate=options.rate,
+        draws=options.draws,
+        thresholds={
             criterion: _named(table.thresholds(options.rate, criterion)[_TRIPLE].shares)
             for criterion in _CRITERIA
         },
-        "frames": {
+        frames={
             recorded.id: detected(recorded.frame(), table, depth, options.rate, options.draws)
             for recorded in real.frames
         },
-        "impact": impact_on_real_frames(
-            KittiObject(options.kitti), KittiObject(suite), options.draws
-        ),
-    }
+        impact=impact_on_real_frames(KittiObject(options.kitti), KittiObject(suite), options.draws),
+    )
 
 
 def detected(
     frame: SensorFrame, table: ThresholdTable, depth: PairDepth, rate: float, draws: int
-) -> dict[str, Any]:
+) -> DetectionOnFrame:
     """What a frame is like without an attack, and how many of the thesis' attacks are detected.
 
     Args:
@@ -83,10 +87,6 @@ def detected(
         depth: The depth that the thresholds hold for.
         rate: The designated false alarm rate r.
         draws: The number of draws of the attacks.
-
-    Returns:
-        ``clean``: all `MEASURES`, and by criterion whether it raises an alarm; ``cases``: of each
-        attack case and criterion the share that is detected, with its interval.
     """
     states = state_vectors(len(_SYSTEM))
     evidence = StateEvidence(frame, {}, _SYSTEM, depth)
@@ -103,12 +103,10 @@ def detected(
             alarms[draw, number] = [
                 detect_attack(found, chosen[criterion]) for criterion in _CRITERIA
             ]
-    return {
-        "clean": _named(sound[_TRIPLE].shares),
-        "false_alarm": {
-            criterion: detect_attack(sound, chosen[criterion]) for criterion in _CRITERIA
-        },
-        "cases": {
+    return DetectionOnFrame(
+        clean=_named(sound[_TRIPLE].shares),
+        false_alarm={criterion: detect_attack(sound, chosen[criterion]) for criterion in _CRITERIA},
+        cases={
             case_name(np.flatnonzero(state).tolist()): {
                 criterion: _share(int(alarms[:, number, column].sum()), draws)
                 for column, criterion in enumerate(_CRITERIA)
@@ -116,19 +114,18 @@ def detected(
             for number, state in enumerate(states)
             if state.any()
         },
-    }
+    )
 
 
-def _named(shares: Sequence[float] | np.ndarray) -> dict[str, float | None]:
-    """Of all `MEASURES`; None for a threshold that does not matter."""
+def _named(shares: Sequence[float] | np.ndarray) -> Measures:
     return {
         name: round(float(share), 5) if np.isfinite(share) else None
         for name, share in zip(MEASURES, shares, strict=True)
     }
 
 
-def _share(count: int, of: int) -> dict[str, Any]:
-    return {"count": count, "of": of, "rate": count / of, "interval": wilson_interval(count, of)}
+def _share(count: int, of: int) -> Share:
+    return Share(count, of, count / of, wilson_interval(count, of))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

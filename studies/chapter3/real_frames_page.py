@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
 from avsec_gym.metrics.clustered_shares import Share
@@ -31,35 +30,35 @@ _DETECTORS = {
 }
 
 
-def real_frames_page(result: Mapping[str, Any]) -> str:
+def real_frames_page(result: RealFramesResult) -> str:
     """Markdown: what is detected, and what detectors are led to see.
 
     Args:
         result: The result of `studies.chapter3.real_frames.run`.
     """
-    read = RealFramesResult.of(result)
+    impact = result.impact
     lines = [
         "# Attacks on real frames of KITTI",
         "",
-        f"Made by `{_COMMAND}`, shown by its `real_frames_page`. The thesis’ attacks, {read.draws}"
-        " draws of each on every frame; in brackets: 95 % intervals, of detectors widened by what"
-        " the draws on one frame have in common.",
+        f"Made by `{_COMMAND}`, shown by its `real_frames_page`. The thesis’ attacks,"
+        f" {result.draws} draws of each on every frame; in brackets: 95 % intervals, of detectors"
+        " widened by what the draws on one frame have in common.",
     ]
-    for id, found in read.frames.items():
-        title = f"## {id}: what LiDAR and two cameras detect, r = {100 * read.rate:g} %"
+    for id, found in result.frames.items():
+        title = f"## {id}: what LiDAR and two cameras detect, r = {100 * result.rate:g} %"
         lines += ["", title, "", *_detected(found)]
     lines += [
         "",
-        f"Thresholds come from {read.fitted_frames} frames of the procedural suite"
-        f" `{read.suite}`, of KITTI’s own rig, since too few real frames are at hand: with"
+        f"Thresholds come from {result.fitted.frames} frames of the procedural suite"
+        f" `{result.fitted.suite}`, of KITTI’s own rig, since too few real frames are at hand: with"
         " fewer than 1 / r frames they are the largest clean values. A bogus return behind what"
         " the cameras see as a surface, or where they see none, is missed.",
         "",
         "## What detectors are led to see",
         "",
-        *_led_to_see_in_scans(read.scans),
+        *_led_to_see_in_scans({"pixor": impact.pixor, "pointrcnn": impact.pointrcnn}),
         "",
-        *_led_to_see_in_images(read.images),
+        *_led_to_see_in_images({"faster_rcnn": impact.faster_rcnn, "yolo": impact.yolo}),
         "",
         "Cars: moderate ones, IoU 0.5; pasted: scans of real cars, cut out of other frames, where"
         " the bogus return was, which hide what is behind them; the same few cars on all frames,"
@@ -86,26 +85,30 @@ def _detected(found: DetectionOnFrame) -> list[str]:
     return markdown_table(["attacked", *titles], rows)
 
 
-def _led_to_see_in_scans(impact: Mapping[str, ScanImpact]) -> list[str]:
+def _led_to_see_in_scans(impact: Mapping[str, ScanImpact | None]) -> list[str]:
     """A line for each detector of scans."""
     rows = []
     for name, found in impact.items():
+        if found is None:
+            continue
         thesis = f" *{number(100 * TAKEN_FOR_AN_OBSTACLE, 1)}*" if name == "pixor" else ""
         cars = _share(found.car_taken), _share(found.car_already)
         taken, already = _share(found.taken) + thesis, _share(found.already)
-        rows.append([_DETECTORS[name], str(found.frames), taken, already, *cars])
+        rows.append([_DETECTORS[name], str(len(found.frames)), taken, already, *cars])
     titles = ["frames", "a bogus return is an obstacle, %", "one was there without it, %"]
     titles += ["a pasted car is an obstacle, %", "one was there without it, %"]
     return markdown_table(["scans by", *titles], rows)
 
 
-def _led_to_see_in_images(impact: Mapping[str, ImageImpact]) -> list[str]:
+def _led_to_see_in_images(impact: Mapping[str, ImageImpact | None]) -> list[str]:
     """A line for each detector of images."""
     rows = []
     for name, found in impact.items():
+        if found is None:
+            continue
         shares = _share(found.found), _share(found.found_attacked)
         wrong = number(found.false_alarms, 2), number(found.false_alarms_attacked, 2)
-        rows.append([_DETECTORS[name], str(found.frames), *shares, *wrong])
+        rows.append([_DETECTORS[name], str(len(found.frames)), *shares, *wrong])
     titles = ["frames", "cars found, %", "under a facula, %"]
     titles += ["false alarms an image", "under a facula"]
     return markdown_table(["images by", *titles], rows)
@@ -125,7 +128,12 @@ def _alarm(raised: bool) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     return page_of_result(
-        arguments, real_frames_page, maker="real_frames", what=__doc__, remedy=_COMMAND
+        arguments,
+        RealFramesResult,
+        real_frames_page,
+        maker="real_frames",
+        what=__doc__,
+        remedy=_COMMAND,
     )
 
 

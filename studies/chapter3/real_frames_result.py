@@ -1,13 +1,28 @@
-"""The result of `real_frames` as typed rows, read from its JSON."""
+"""The result of `real_frames` as typed rows."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
+from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.metrics.clustered_shares import Share
-from studies.chapter3.real_impact import IMAGE_DETECTORS, LIDAR_DETECTORS
+
+Measures = Mapping[str, float | None]
+"""By the names of `MEASURES`; None: a threshold that does not matter."""
+
+
+@dataclass(frozen=True)
+class FittedSuite:
+    """What the thresholds come from.
+
+    Args:
+        suite: Procedural suite.
+        frames: Number of its frames.
+    """
+
+    suite: str
+    frames: int
 
 
 @dataclass(frozen=True)
@@ -15,12 +30,14 @@ class DetectionOnFrame:
     """What the sensors of a real frame detect of attacks on them.
 
     Args:
-        cases: Shares of detected attacks by attacked sensors, such as ``S0+S1``, then by criterion.
+        clean: Measures of the unattacked frame.
         false_alarm: Whether the unattacked frame raises an alarm, by criterion.
+        cases: Shares of detected attacks by attacked sensors, such as ``S0+S1``, then by criterion.
     """
 
-    cases: Mapping[str, Mapping[str, Share]]
+    clean: Measures
     false_alarm: Mapping[str, bool]
+    cases: Mapping[str, Mapping[str, Share]]
 
 
 @dataclass(frozen=True)
@@ -28,18 +45,21 @@ class ScanImpact:
     """What a detector of LiDAR scans is led to see.
 
     Args:
-        frames: Number of frames.
+        score: Least score of a box that counts.
+        frames: Ids of the frames.
         taken: Share of bogus returns that are taken for an obstacle.
         already: Share of their places where an obstacle was seen without attack.
-        car_taken: Share of pasted cars that are taken for one; None: not measured.
-        car_already: Share of their places where one was seen without attack; None: not measured.
+        car_taken: Share of pasted cars that are taken for one; the scan of another frame's car
+            hides what is behind it.  None: no other frame has a car.
+        car_already: Share of their places where one was seen without attack; None as above.
     """
 
-    frames: int
+    score: float
+    frames: Sequence[str]
     taken: Share
     already: Share
-    car_taken: Share | None
-    car_already: Share | None
+    car_taken: Share | None = field(default=None, metadata=OPTIONAL)
+    car_already: Share | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)
@@ -47,14 +67,16 @@ class ImageImpact:
     """What a detector of images sees under a facula.
 
     Args:
-        frames: Number of frames.
+        score: Least score of a box that counts.
+        frames: Ids of the frames.
         found: Share of the moderate cars that are found without attack.
         found_attacked: Share of them that are found under a facula.
         false_alarms: False alarms an image without attack.
         false_alarms_attacked: False alarms an image under a facula.
     """
 
-    frames: int
+    score: float
+    frames: Sequence[str]
     found: Share
     found_attacked: Share
     false_alarms: float
@@ -62,70 +84,31 @@ class ImageImpact:
 
 
 @dataclass(frozen=True)
+class DetectorImpacts:
+    """What each detector sees; None: no labelled frame has what it looks at."""
+
+    pixor: ScanImpact | None
+    pointrcnn: ScanImpact | None
+    faster_rcnn: ImageImpact | None
+    yolo: ImageImpact | None
+
+
+@dataclass(frozen=True)
 class RealFramesResult:
     """All that `real_frames` measured.
 
     Args:
+        fitted: What the thresholds come from.
         rate: Designated false positive rate r.
         draws: Draws of each attack on every frame.
-        suite: Procedural suite that the thresholds come from.
-        fitted_frames: Number of its frames.
+        thresholds: Thresholds by criterion.
         frames: What is detected, by the id of the frame.
-        scans: Impact by detector of scans; those that could not be judged are absent.
-        images: Impact by detector of images; those that could not be judged are absent.
+        impact: What detectors are led to see.
     """
 
+    fitted: FittedSuite
     rate: float
     draws: int
-    suite: str
-    fitted_frames: int
+    thresholds: Mapping[str, Measures]
     frames: Mapping[str, DetectionOnFrame]
-    scans: Mapping[str, ScanImpact]
-    images: Mapping[str, ImageImpact]
-
-    @classmethod
-    def of(cls, result: Mapping[str, Any]) -> RealFramesResult:
-        """The rows of a result as JSON has it.
-
-        Raises:
-            KeyError: A part is missing.
-            TypeError: A part has another form.
-        """
-        impact, fitted = result["impact"], result["fitted"]
-        return cls(
-            rate=result["rate"],
-            draws=result["draws"],
-            suite=fitted["suite"],
-            fitted_frames=fitted["frames"],
-            frames={id: _detection(found) for id, found in result["frames"].items()},
-            scans={name: _scans(impact[name]) for name in LIDAR_DETECTORS if impact[name]},
-            images={name: _images(impact[name]) for name in IMAGE_DETECTORS if impact[name]},
-        )
-
-
-def _detection(found: Mapping[str, Any]) -> DetectionOnFrame:
-    cases = {
-        case: {criterion: Share(**share) for criterion, share in shares.items()}
-        for case, shares in found["cases"].items()
-    }
-    return DetectionOnFrame(cases, found["false_alarm"])
-
-
-def _scans(found: Mapping[str, Any]) -> ScanImpact:
-    return ScanImpact(
-        frames=len(found["frames"]),
-        taken=Share(**found["taken"]),
-        already=Share(**found["already"]),
-        car_taken=Share(**found["car_taken"]) if "car_taken" in found else None,
-        car_already=Share(**found["car_already"]) if "car_already" in found else None,
-    )
-
-
-def _images(found: Mapping[str, Any]) -> ImageImpact:
-    return ImageImpact(
-        frames=len(found["frames"]),
-        found=Share(**found["found"]),
-        found_attacked=Share(**found["found_attacked"]),
-        false_alarms=found["false_alarms"],
-        false_alarms_attacked=found["false_alarms_attacked"],
-    )
+    impact: DetectorImpacts

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any
 
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
@@ -29,18 +28,15 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, counted, working_point
+from studies.chapter3.real_frames_result import DetectorImpacts, ImageImpact, ScanImpact
 
-LIDAR_DETECTORS = ("pixor", "pointrcnn")
-IMAGE_DETECTORS = ("faster_rcnn", "yolo")
 CAMERA = 2
 _LABELLED = ("label_2", "calib", f"image_{CAMERA}")
 
 Look = Callable[[SensorFrame], Boxes3D]
 
 
-def impact_on_real_frames(
-    real: KittiObject, clean: KittiObject, draws: int
-) -> dict[str, dict[str, Any] | None]:
+def impact_on_real_frames(real: KittiObject, clean: KittiObject, draws: int) -> DetectorImpacts:
     """The thesis' attacks, one at a time, on every frame that has what a detector looks at.
 
     Args:
@@ -48,39 +44,31 @@ def impact_on_real_frames(
         clean: Labelled frames of the world, with scans.
         draws: The number of draws of the attacks on each frame.
 
-    Returns:
-        By detector ``score``, from which on a box counts, and ``frames``, their ids.  Of those that
-        look at scans, as shares of all attacks, ``taken``: the bogus return is an obstacle, and
-        ``already``: there was a box at that place without it; ``car_taken`` and ``car_already``,
-        if instead the scan of another frame's car is pasted there, which hides what is behind it.
-        Of those that look at images, as
-        shares of the moderate cars, ``found`` without attack, and ``found_attacked``; and
-        ``false_alarms`` of all images, ``false_alarms_attacked`` of all attacked ones, a number
-        for each.  None of a detector without labelled frames that have what it looks at.
-
     Raises:
         DataError: A file is broken.
     """
-    result: dict[str, dict[str, Any] | None] = {}
-    for name in LIDAR_DETECTORS:
+
+    def in_scans(name: str) -> ScanImpact | None:
+        if not (ids := _labelled(real, "velodyne")):
+            return None
         look = lidar_detector(name, {}).detect
-        result[name] = None
-        if ids := _labelled(real, "velodyne"):
-            score = _score(clean, "velodyne", look, FROM_ABOVE)
-            found = _bogus_returns(real, ids, look, score, draws)
-            result[name] = {"score": score, **found}
-    for name in IMAGE_DETECTORS:
-        in_image = image_detector(name, {})
+        score = _score(clean, "velodyne", look, FROM_ABOVE)
+        return _bogus_returns(real, ids, look, score, draws)
 
-        def look_at(frame: SensorFrame, detector: Any = in_image) -> Boxes3D:
-            found: Boxes3D = detector.detect(frame, CAMERA)
-            return found
+    def in_images(name: str) -> ImageImpact | None:
+        if not (ids := _labelled(real, f"image_{CAMERA}")):
+            return None
+        detector = image_detector(name, {})
 
-        result[name] = None
-        if ids := _labelled(real, f"image_{CAMERA}"):
-            score = _score(clean, f"image_{CAMERA}", look_at, IN_IMAGE)
-            result[name] = {"score": score, **_faculae(real, ids, look_at, score, draws)}
-    return result
+        def look(frame: SensorFrame) -> Boxes3D:
+            return detector.detect(frame, CAMERA)
+
+        score = _score(clean, f"image_{CAMERA}", look, IN_IMAGE)
+        return _faculae(real, ids, look, score, draws)
+
+    return DetectorImpacts(
+        in_scans("pixor"), in_scans("pointrcnn"), in_images("faster_rcnn"), in_images("yolo")
+    )
 
 
 def _labelled(data: KittiObject, folder: str) -> list[str]:
@@ -102,7 +90,7 @@ def _score(clean: KittiObject, folder: str, look: Look, seen: int) -> float:
 
 def _bogus_returns(
     real: KittiObject, ids: Sequence[str], look: Look, score: float, draws: int
-) -> dict[str, Any]:
+) -> ScanImpact:
     attack = LidarSpoofing(reference=CAMERA)
     scans = {id: scans_of_cars(real.frame(id), real.labels(id)) for id in ids}
     hits: dict[str, list[bool]] = {}
@@ -125,12 +113,13 @@ def _bogus_returns(
                     name = f"{kind}{state}"
                     hits.setdefault(name, []).append(taken_for_an_obstacle(found, place))
                     of.setdefault(name, []).append(id)
-    return {"frames": list(ids), **{name: vars(share_of(hits[name], of[name])) for name in hits}}
+    shares = {name: share_of(hits[name], of[name]) for name in hits}
+    return ScanImpact(score, ids, **shares)
 
 
 def _faculae(
     real: KittiObject, ids: Sequence[str], look: Look, score: float, draws: int
-) -> dict[str, Any]:
+) -> ImageImpact:
     attack = Facula(CAMERA)
     hits: dict[bool, list[bool]] = {False: [], True: []}
     of: dict[bool, list[str]] = {False: [], True: []}
@@ -144,10 +133,11 @@ def _faculae(
             hits[attacked] += [True] * count.found + [False] * count.missed
             of[attacked] += [id] * (count.found + count.missed)
             wrong[attacked] += count.false_alarms
-    return {
-        "frames": list(ids),
-        "found": vars(share_of(hits[False], of[False])),
-        "found_attacked": vars(share_of(hits[True], of[True])),
-        "false_alarms": wrong[False] / len(ids),
-        "false_alarms_attacked": wrong[True] / (draws * len(ids)),
-    }
+    return ImageImpact(
+        score,
+        ids,
+        found=share_of(hits[False], of[False]),
+        found_attacked=share_of(hits[True], of[True]),
+        false_alarms=wrong[False] / len(ids),
+        false_alarms_attacked=wrong[True] / (draws * len(ids)),
+    )

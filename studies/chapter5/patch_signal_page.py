@@ -6,11 +6,9 @@ Run ``python -m studies.chapter5.patch_signal_page FILE --out PAGE``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from avsec_gym.drawing.page_table import number
-from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.report.markdown_table import markdown_table
 from studies.chapter5.patch_signal import NEAR, PatchEffect, PatchSignals
 from studies.page_of_result import page_of_result
@@ -21,15 +19,14 @@ _HEADINGS = (
 )  # fmt: skip
 
 
-def signal_page(result: Mapping[str, Any]) -> str:
+def signal_page(result: PatchSignals) -> str:
     """The page.
 
     Args:
-        result: The JSON of `patch_signal`.
+        result: The result of `patch_signal`.
     """
-    read = row_of(PatchSignals, result)
     rows = []
-    for name, signal in read.detectors.items():
+    for name, signal in result.detectors.items():
         needed = signal.places_to_learn
         about = [
             f"`{name}`",
@@ -48,15 +45,16 @@ def signal_page(result: Mapping[str, Any]) -> str:
         [
             "# What a patch has to learn from",
             "",
-            f"Procedural frames with judging assets ({read.frames}), patches of the usual size at"
+            f"Procedural frames with judging assets ({result.frames}), patches of the usual size at"
             " random places, the loss to the ghost alone. A patch that is to work anywhere descends"
             " along what the gradients of all places have in common: their common share"
-            f" ({read.gradients} places, plain grey, each gradient scaled to one mean size) tells"
+            f" ({result.gradients} places, plain grey, each gradient scaled to one mean size) tells"
             " over how many places that outweighs the rest. *Score*: mean of the highest score of"
             f" a box within {NEAR:g} m of the ghost’s middle, where no real object is near;"
-            f" *seen*: share of places with such a box of 0.5 or more. Pictures of {read.pictures}"
-            f" cars, cut out of other places of these frames, at {read.judged} places;"
-            f" {read.own} places with a patch of their own, trained for {read.steps} steps.",
+            f" *seen*: share of places with such a box of 0.5 or more. Pictures of"
+            f" {result.pictures} cars, cut out of other places of these frames, at"
+            f" {result.judged} places; {result.own} places with a patch of their own, trained for"
+            f" {result.steps} steps.",
             "",
             *markdown_table(_HEADINGS, rows),
             "",
@@ -76,6 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     return page_of_result(
         arguments,
+        PatchSignals,
         signal_page,
         maker="patch_signal",
         what=__doc__,

@@ -20,10 +20,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.stats import rankdata
@@ -31,7 +30,9 @@ from scipy.stats import rankdata
 from avsec_gym.closed_loop.loop_scenes import loop_scenes
 from avsec_gym.closed_loop.unavoidable import unavoidable
 from avsec_gym.drives.drive_folder import RECORD, ROWS
-from avsec_gym.drives.summary import by_recording, by_scene, summaries
+from avsec_gym.drives.drive_row import DriveRow
+from avsec_gym.drives.summary import Cluster, SettingSummary, by_recording, by_scene, summaries
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL, row_json
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.storage.json_files import read_json_object
@@ -41,28 +42,6 @@ SETS = {"labels": by_scene, "drives": by_scene, "tracking": by_recording}
 """Folders, and which of their drives are one cluster."""
 TRUTH, BLIND = "truth", "blind"
 _RESAMPLES = 2000
-
-
-def table(folder: Path) -> dict[str, Any]:
-    """What the drives in a folder come to, by setting.
-
-    Args:
-        folder: A folder of `avsec drive`, named as one of `SETS`.
-    """
-    rows = [json.loads(line) for line in read_text(folder / ROWS).splitlines() if line]
-    settings = list(dict.fromkeys(row["setting"] for row in rows))
-    cluster = SETS[folder.name]
-    summary = summaries(rows, settings, cluster)
-    attacked = [name for name in settings if name not in (TRUTH, BLIND)]
-    return {
-        "clusters": len({cluster(row) for row in rows}),
-        "settings": [
-            {**each.to_json(), "first_plan": asdict(_first_plan(rows, each.setting, cluster))}
-            for each in summary
-        ],
-        "ranking": asdict(ranking(rows, attacked, cluster)),
-        "truth_at_fault": _explained(folder, rows),
-    }
 
 
 @dataclass(frozen=True)
@@ -79,9 +58,83 @@ class Ranking:
     interval: tuple[float, float] | None
 
 
-def ranking(
-    rows: Sequence[Mapping[str, Any]], settings: Sequence[str], cluster: Callable[[Any], str]
-) -> Ranking:
+@dataclass(frozen=True)
+class LoopSetting:
+    """A setting.
+
+    Args:
+        summary: Rates and means of its drives.
+        first_plan: Share of first plans that are safe, were they driven to their ends.
+    """
+
+    summary: SettingSummary = field(metadata=FLAT)
+    first_plan: Share
+
+
+@dataclass(frozen=True)
+class CollisionAtFault:
+    """A collision at fault of a car that knew the truth.
+
+    Args:
+        scenario: Id of the scene.
+        intention: The driving intention.
+        unavoidable_after: Time after which no plan without a collision existed, s; None: there is
+            no certificate.
+    """
+
+    scenario: str
+    intention: str
+    unavoidable_after: float | None
+
+
+@dataclass(frozen=True)
+class LoopTable:
+    """The drives in one set of scenes.
+
+    Args:
+        clusters: Number of clusters.
+        settings: A row for each setting.
+        ranking: Whether the ranking of the single query survives the loop.
+        truth_at_fault: The collisions at fault under truth.
+    """
+
+    clusters: int
+    settings: Sequence[LoopSetting]
+    ranking: Ranking
+    truth_at_fault: Sequence[CollisionAtFault]
+
+
+@dataclass(frozen=True)
+class LoopTables:
+    """A table for each of `SETS`; None: there are no drives."""
+
+    labels: LoopTable | None = field(default=None, metadata=OPTIONAL)
+    drives: LoopTable | None = field(default=None, metadata=OPTIONAL)
+    tracking: LoopTable | None = field(default=None, metadata=OPTIONAL)
+
+
+def table(folder: Path) -> LoopTable:
+    """What the drives in a folder come to, by setting.
+
+    Args:
+        folder: A folder of `avsec drive`, named as one of `SETS`.
+    """
+    rows: list[DriveRow] = [
+        json.loads(line) for line in read_text(folder / ROWS).splitlines() if line
+    ]
+    settings = list(dict.fromkeys(row["setting"] for row in rows))
+    cluster = SETS[folder.name]
+    summary = summaries(rows, settings, cluster)
+    attacked = [name for name in settings if name not in (TRUTH, BLIND)]
+    return LoopTable(
+        clusters=len({cluster(row) for row in rows}),
+        settings=[LoopSetting(each, _first_plan(rows, each.setting, cluster)) for each in summary],
+        ranking=ranking(rows, attacked, cluster),
+        truth_at_fault=_explained(folder, rows),
+    )
+
+
+def ranking(rows: Sequence[DriveRow], settings: Sequence[str], cluster: Cluster) -> Ranking:
     """The rank correlation between the single query and the closed loop.
 
     Args:
@@ -119,15 +172,12 @@ def _spearman(counts: Floats) -> Floats:
         )
 
 
-def _first_plan(
-    rows: Sequence[Mapping[str, Any]], setting: str, cluster: Callable[[Any], str]
-) -> Share:
-    """The share of first plans that are safe, were they driven to their ends."""
+def _first_plan(rows: Sequence[DriveRow], setting: str, cluster: Cluster) -> Share:
     own = [row for row in rows if row["setting"] == setting]
     return share_of([row["first_plan"] == "safe" for row in own], [cluster(row) for row in own])
 
 
-def _explained(folder: Path, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _explained(folder: Path, rows: Sequence[DriveRow]) -> list[CollisionAtFault]:
     """The collisions at fault of a car that knew the truth."""
     blamed = [row for row in rows if row["setting"] == TRUTH and row["at_fault"]]
     if not blamed:
@@ -137,14 +187,8 @@ def _explained(folder: Path, rows: list[dict[str, Any]]) -> list[dict[str, Any]]
     found = []
     for row in blamed:
         proof = unavoidable(scenes.scene(row["scenario"]))
-        unavoidable_after = None if proof is None else proof.time
-        found.append(
-            {
-                "scenario": row["scenario"],
-                "intention": row["intention"],
-                "unavoidable_after": unavoidable_after,
-            }
-        )
+        after = None if proof is None else proof.time
+        found.append(CollisionAtFault(row["scenario"], row["intention"], after))
     return found
 
 
@@ -154,8 +198,9 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, required=True)
     parser.add_argument("--json", type=Path, required=True)
     given = parser.parse_args()
-    result = {name: table(given.runs / name) for name in SETS if (given.runs / name).is_dir()}
-    write_text(given.json, json.dumps(result, indent=1) + "\n", overwrite=True)
+    there = [name for name in SETS if (given.runs / name).is_dir()]
+    result = LoopTables(**{name: table(given.runs / name) for name in there})
+    write_text(given.json, json.dumps(row_json(result), indent=1) + "\n", overwrite=True)
 
 
 if __name__ == "__main__":

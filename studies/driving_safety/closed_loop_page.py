@@ -6,10 +6,12 @@ Run ``python -m studies.driving_safety.closed_loop_page FILE --out PAGE``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from avsec_gym.drives.summary import Mean
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
+from studies.driving_safety.closed_loop import LoopTable, LoopTables, Ranking
 from studies.page_of_result import page_of_result
 
 _COMMAND = "Make it with `python -m studies.driving_safety.closed_loop --json FILE`."
@@ -26,7 +28,7 @@ _RATES = {
 }
 
 
-def closed_loop_page(result: Mapping[str, Any]) -> str:
+def closed_loop_page(result: LoopTables) -> str:
     """The page.
 
     Args:
@@ -45,79 +47,80 @@ def closed_loop_page(result: Mapping[str, Any]) -> str:
         " truth.",
         "",
     ]
-    for name, table in result.items():
-        lines += [f"## {_SETS[name]}", "", *_table(table), "", *_at_fault(table), ""]
-        lines += [_ranking(table["ranking"]), ""]
+    for name, title in _SETS.items():
+        table: LoopTable | None = getattr(result, name)
+        if table is not None:
+            lines += [f"## {title}", "", *_table(table), "", *_at_fault(table), ""]
+            lines += [_ranking(table.ranking), ""]
     return "\n".join(lines)
 
 
-def _table(table: Mapping[str, Any]) -> list[str]:
+def _table(table: LoopTable) -> list[str]:
     columns = ["setting", "drives", "first plan safe, %"]
     columns += [f"{rate}, %" for rate in _RATES.values()]
     rows = [
         [
-            f"`{each['setting']}`",
-            str(each["drives"]),
-            _rate(each["first_plan"]),
-            *(_rate(each["rates"][rate]) for rate in _RATES),
-            _mean(each["navsim_score"]),
-            _mean(each["differences"].get("navsim_score")),
+            f"`{each.summary.setting}`",
+            str(each.summary.drives),
+            _rate(each.first_plan),
+            *(_rate(each.summary.rates[rate]) for rate in _RATES),
+            _mean(each.summary.navsim_score),
+            _mean(each.summary.differences.get("navsim_score")),
         ]
-        for each in table["settings"]
+        for each in table.settings
     ]
     return [
-        f"{table['clusters']} clusters.",
+        f"{table.clusters} clusters.",
         "",
         *markdown_table([*columns, "score", "score against truth"], rows),
     ]
 
 
-def _at_fault(table: Mapping[str, Any]) -> list[str]:
+def _at_fault(table: LoopTable) -> list[str]:
     """A line for each collision at fault of the car that knows the truth."""
-    blamed = table["truth_at_fault"]
-    if not blamed:
+    if not table.truth_at_fault:
         return ["The car that knows the truth collides nowhere by its own fault."]
     return [
-        f"- `{each['scenario']}` ({each['intention']}), under truth: "
+        f"- `{each.scenario}` ({each.intention}), under truth: "
         + (
             "no certificate that it could not be avoided."
-            if each["unavoidable_after"] is None
-            else f"no plan without a collision existed after {each['unavoidable_after']:g} s."
+            if each.unavoidable_after is None
+            else f"no plan without a collision existed after {each.unavoidable_after:g} s."
         )
-        for each in blamed
+        for each in table.truth_at_fault
     ]
 
 
-def _ranking(ranking: Mapping[str, Any]) -> str:
-    if ranking["rho"] is None:
+def _ranking(ranking: Ranking) -> str:
+    if ranking.rho is None:
         return "The settings with errors cannot be ranked: a rate is the same for all of them."
     return (
         "Does the ranking of the single query survive the loop? Spearman's correlation, over the"
         " settings with errors, of unsafe first plans with collisions of drives:"
-        f" {_mean({'value': ranking['rho'], 'interval': ranking['interval']})}."
+        f" {_mean(Mean(ranking.rho, ranking.interval))}."
     )
 
 
-def _rate(share: Mapping[str, Any]) -> str:
-    if share["rate"] is None:
+def _rate(share: Share) -> str:
+    if share.rate is None or share.interval is None:
         return UNKNOWN
-    low, high = (number(100 * bound, 1) for bound in share["interval"])
-    return f"{number(100 * share['rate'], 1)} [{low}, {high}]"
+    low, high = (number(100 * bound, 1) for bound in share.interval)
+    return f"{number(100 * share.rate, 1)} [{low}, {high}]"
 
 
-def _mean(mean: Mapping[str, Any] | None) -> str:
+def _mean(mean: Mean | None) -> str:
     if mean is None:
         return UNKNOWN
-    if mean["interval"] is None:
-        return number(mean["value"], 2)
-    low, high = (number(bound, 2) for bound in mean["interval"])
-    return f"{number(mean['value'], 2)} [{low}, {high}]"
+    if mean.interval is None:
+        return number(mean.value, 2)
+    low, high = (number(bound, 2) for bound in mean.interval)
+    return f"{number(mean.value, 2)} [{low}, {high}]"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
     return page_of_result(
-        arguments, closed_loop_page, maker="closed_loop", what=__doc__, remedy=_COMMAND
+        arguments, LoopTables, closed_loop_page, maker="closed_loop", what=__doc__, remedy=_COMMAND
     )
 
 

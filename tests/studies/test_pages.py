@@ -1,16 +1,22 @@
-"""Committed pages are those of the committed results."""
+"""Committed pages are those of the committed results, which their rows read and write."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+from avsec_gym.experiments.json_rows import row_json, row_of
 from studies.chapter3.real_frames_page import real_frames_page
+from studies.chapter3.real_frames_result import RealFramesResult
+from studies.chapter3.shipped_fits.judged_result import JudgedFits
 from studies.chapter5 import costly_errors
+from studies.chapter5.patch_signal import PatchSignals
+from studies.chapter5.patch_signal_page import signal_page
 from studies.driving_safety.error_models.page import error_models_page
+from studies.driving_safety.error_models.result import CheckedModels
 from studies.driving_safety.page import page as driving_safety_page
 from studies.index import without_remark
 from studies.perception.page import page as detectors_page
@@ -18,28 +24,50 @@ from studies.perception.page import read_results
 from studies.study import RESULTS, ROOT
 
 
-def _errors(found: Mapping[str, Any]) -> str:
-    return costly_errors.page(found, "python -m studies.chapter5.costly_errors RUN --markdown FILE")
+def _read(name: str, kind: type[Any]) -> Any:
+    return row_of(kind, json.loads((ROOT / RESULTS / f"{name}.json").read_text()))
 
 
-@pytest.mark.parametrize(
-    ("name", "page"),
-    [
-        ("driving_safety", driving_safety_page),
-        ("error_models", error_models_page),
-        ("identification_real", real_frames_page),
-        ("chapter5_errors", _errors),
-    ],
-)
-def test_the_page_is_that_of_the_result(
-    name: str, page: Callable[[Mapping[str, Any]], str]
-) -> None:
-    folder = ROOT / RESULTS
-    result = json.loads((folder / f"{name}.json").read_text())
-    assert page(result) == without_remark((folder / f"{name}.md").read_text())
+PAGES: dict[str, tuple[type[Any], Callable[[Any], str]]] = {
+    "error_models": (CheckedModels, error_models_page),
+    "identification_real": (RealFramesResult, real_frames_page),
+    "patch_signal": (PatchSignals, signal_page),
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_page_is_that_of_the_result(name: str) -> None:
+    kind, page = PAGES[name]
+    assert page(_read(name, kind)) == _committed(name)
+
+
+def test_the_page_of_driving_safety_is_that_of_the_result() -> None:
+    result = json.loads((ROOT / RESULTS / "driving_safety.json").read_text())
+    assert driving_safety_page(result) == _committed("driving_safety")
+
+
+def test_the_page_of_costly_errors_is_that_of_the_result() -> None:
+    result = json.loads((ROOT / RESULTS / "chapter5_errors.json").read_text())
+    command = "python -m studies.chapter5.costly_errors RUN --markdown FILE"
+    assert costly_errors.page(result, command) == _committed("chapter5_errors")
 
 
 def test_the_page_of_detectors_is_that_of_the_results() -> None:
-    folder = ROOT / RESULTS
-    page = detectors_page(read_results(folder))
-    assert page == without_remark((folder / "detectors.md").read_text())
+    assert detectors_page(read_results(ROOT / RESULTS)) == _committed("detectors")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("identification_real", RealFramesResult),
+        ("patch_signal", PatchSignals),
+        ("shipped_fits", JudgedFits),
+    ],
+)
+def test_a_result_that_was_read_is_written_as_it_was(name: str, kind: type[Any]) -> None:
+    text = json.dumps(row_json(_read(name, kind)), indent=1)
+    assert text + "\n" == (ROOT / RESULTS / f"{name}.json").read_text()
+
+
+def _committed(name: str) -> str:
+    return without_remark((ROOT / RESULTS / f"{name}.md").read_text())

@@ -12,10 +12,11 @@ import argparse
 import logging
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.attacks import tampered_frames
@@ -23,6 +24,7 @@ from avsec_gym.experiments.chapter3.recordings import JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.storage.json_lines import JsonLines
@@ -55,6 +57,12 @@ from studies.chapter3.shipped_fits.evidence import (
     sample_id,
     shipped_drives,
 )
+from studies.chapter3.shipped_fits.judged_result import (
+    JudgedCase,
+    JudgedFits,
+    JudgedRealFrames,
+    JudgedSystem,
+)
 
 NO_ATTACK = "no attack"
 CERTAINTY = 0.95
@@ -64,11 +72,11 @@ _PAIR = (1, 2)
 """Cameras 3 and 2 of it."""
 _LOG = logging.getLogger(__name__)
 
-Said = tuple[Any, list[frozenset[int]] | None]
+Said = tuple[NDArray[np.bool_], list[frozenset[int]] | None]
 """Alarms, shape (N,), and the positions of the sensors that are named; None: none ever can be."""
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: argparse.Namespace) -> JudgedFits:
     """Judge procedural drives, and real frames if there are any.
 
     Raises:
@@ -88,16 +96,16 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         _LOG.info("measured %d of %d frames", number + 1, len(frames))
     every = evidence_of(np.array(rows), SYSTEM, one_at_a_time(SYSTEM))
     frame = frames[0].frame()
-    return {
-        "rate": options.rate,
-        "seed": options.seed,
-        "frames": len(frames),
-        "systems": [
+    return JudgedFits(
+        rate=options.rate,
+        seed=options.seed,
+        frames=len(frames),
+        systems=[
             judged(every.of(system), frame, options.rate, options.fits)
             for system in SHIPPED_SYSTEMS
         ],
-        "real": None if options.kitti is None else _real(options, depth, kept),
-    }
+        real=None if options.kitti is None else _real(options, depth, kept),
+    )
 
 
 def one_at_a_time(system: SensorSystem) -> States:
@@ -143,7 +151,7 @@ def attacked_in_turn_rows(
     return np.array(rows)
 
 
-def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path) -> dict[str, Any]:
+def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path) -> JudgedSystem:
     """How often there is an alarm, and exactly the attacked sensors are named, case by case.
 
     Args:
@@ -155,7 +163,7 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
     system, depth = evidence.system, PairDepth("sgbm")
     table = read_threshold_table(shipped_fit("thresholds", system, depth, frame, fits))
     model = read_likelihood_model(shipped_fit("likelihood", system, depth, frame, fits))
-    by: dict[str, dict[str, Any]] = {"thresholds": {}, "likelihood": {}}
+    by: dict[str, dict[str, JudgedCase]] = {"thresholds": {}, "likelihood": {}}
     for number, state in enumerate(evidence.states):
         attacked = frozenset(np.flatnonzero(state).tolist())
         case = ", ".join(str(system.sensors[position]) for position in attacked) or NO_ATTACK
@@ -163,13 +171,11 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
             "thresholds": said_by_thresholds(table, evidence.shares[:, number], rate),
             "likelihood": said_by_likelihood(model, evidence.elements[:, number], rate),
         }.items():
-            by[name][case] = {
-                "alarms": _share(alarms),
-                "named": None
-                if named is None
-                else _share([sensors == attacked for sensors in named]),
-            }
-    return {"sensors": list(system.sensors), "fitted_on": origin_of(table.on), "by": by}
+            by[name][case] = JudgedCase(
+                alarms=_share(alarms),
+                named=None if named is None else _share([sensors == attacked for sensors in named]),
+            )
+    return JudgedSystem(system.sensors, origin_of(table.on), by)
 
 
 def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Said:
@@ -212,27 +218,34 @@ def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) ->
     return decoding.alarms, named
 
 
-def _real(options: argparse.Namespace, depth: PairDepth, kept: JsonLines) -> dict[str, Any]:
+def _real(options: argparse.Namespace, depth: PairDepth, kept: JsonLines) -> JudgedRealFrames:
     """Frames with both images and a scan, each attacked `draws` times; and pairs of images."""
     frames = {}
     for recorded in object_recordings(options.kitti, _OBJECT.sensors).frames:
         seeds = [(options.seed, draw) for draw in range(options.draws)]
         rows = attacked_in_turn_rows(recorded, _OBJECT, depth, kept, seeds)
         evidence = evidence_of(rows, _OBJECT, one_at_a_time(_OBJECT))
-        judgement = judged(evidence, recorded.frame(), options.rate, options.fits)
+        system = judged(evidence, recorded.frame(), options.rate, options.fits)
         # Without an attack all draws are the same frame.
-        for name, cases in judgement["by"].items():
-            count = cases[NO_ATTACK]["alarms"]["count"] // options.draws
-            judgement["by"][name][NO_ATTACK] = {"alarms": _share([bool(count)]), "named": None}
-        frames[recorded.id] = {**judgement, "clean": _measures(evidence.shares[0, 0, 0])}
+        by = {
+            name: {**cases, NO_ATTACK: _once(cases[NO_ATTACK], options.draws)}
+            for name, cases in system.by.items()
+        }
+        clean = _measures(evidence.shares[0, 0, 0])
+        frames[recorded.id] = replace(system, by=by, clean=clean)
     table = read_threshold_table(shipped_file("thresholds", _OBJECT, options.fits))
     thresholds = table.thresholds(options.rate)[_OBJECT.triples[0]]
-    return {
-        "draws": options.draws,
-        "frames": frames,
-        "thresholds": _measures(thresholds.shares),
-        "pairs": _pairs(options.kitti, depth),
-    }
+    return JudgedRealFrames(
+        draws=options.draws,
+        frames=frames,
+        thresholds=_measures(thresholds.shares),
+        pairs=_pairs(options.kitti, depth),
+    )
+
+
+def _once(clean: JudgedCase, draws: int) -> JudgedCase:
+    """Of one frame that was judged several times."""
+    return JudgedCase(_share([clean.alarms.count >= draws]), None)
 
 
 def _pairs(kitti: Path, depth: PairDepth) -> dict[str, float]:
@@ -248,14 +261,9 @@ def _measures(shares: Floats) -> Mapping[str, float]:
     return {name: round(float(share), 6) for name, share in zip(MEASURES, shares, strict=True)}
 
 
-def _share(hits: Sequence[bool] | Any) -> dict[str, Any]:
-    count, of = int(np.sum(hits)), len(hits)
-    return {
-        "count": count,
-        "of": of,
-        "rate": count / of,
-        "interval": list(wilson_interval(count, of)),
-    }
+def _share(hits: ArrayLike) -> Share:
+    count, of = int(np.sum(hits)), np.size(hits)
+    return Share(count, of, count / of, wilson_interval(count, of))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,11 +1,11 @@
-"""The result of `judge` as typed rows, read from its JSON."""
+"""The result of `judge` as typed rows."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
+from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.metrics.clustered_shares import Share
 
 
@@ -31,27 +31,13 @@ class JudgedSystem:
         sensors: ``lidar``, and numbers of cameras.
         fitted_on: Data of the fits, in words.
         by: Cases by validator, ``thresholds`` and ``likelihood``, then by attacked sensor.
-        clean: Shares of the unattacked frame, by name; empty for several frames.
+        clean: Shares of the unattacked frame, by name; None for several frames.
     """
 
-    sensors: Sequence[str]
+    sensors: Sequence[int | str]
     fitted_on: str
     by: Mapping[str, Mapping[str, JudgedCase]]
-    clean: Mapping[str, float]
-
-    @classmethod
-    def of(cls, system: Mapping[str, Any]) -> JudgedSystem:
-        """The rows of a system as JSON has it."""
-        by = {
-            name: {
-                case: JudgedCase(
-                    Share(**judged["alarms"]), Share(**judged["named"]) if judged["named"] else None
-                )
-                for case, judged in cases.items()
-            }
-            for name, cases in system["by"].items()
-        }
-        return cls(system["sensors"], system["fitted_on"], by, system.get("clean", {}))
+    clean: Mapping[str, float] | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)
@@ -70,12 +56,6 @@ class JudgedRealFrames:
     thresholds: Mapping[str, float]
     pairs: Mapping[str, float]
 
-    @classmethod
-    def of(cls, real: Mapping[str, Any]) -> JudgedRealFrames:
-        """The rows as JSON has them."""
-        frames = {id: JudgedSystem.of(system) for id, system in real["frames"].items()}
-        return cls(real["draws"], frames, real["thresholds"], real["pairs"])
-
 
 @dataclass(frozen=True)
 class JudgedFits:
@@ -83,30 +63,14 @@ class JudgedFits:
 
     Args:
         rate: Designated false positive rate r for each triple.
+        seed: Seed of the drives.
         frames: Number of procedural frames.
-        seed: Seed of their drives.
         systems: The judged sensor systems.
         real: Real frames; None where there were none.
     """
 
     rate: float
-    frames: int
     seed: int
+    frames: int
     systems: Sequence[JudgedSystem]
     real: JudgedRealFrames | None
-
-    @classmethod
-    def of(cls, result: Mapping[str, Any]) -> JudgedFits:
-        """The rows of a result as JSON has it.
-
-        Raises:
-            KeyError: A part is missing.
-            TypeError: A part has another form.
-        """
-        return cls(
-            rate=result["rate"],
-            frames=result["frames"],
-            seed=result["seed"],
-            systems=[JudgedSystem.of(system) for system in result["systems"]],
-            real=None if result["real"] is None else JudgedRealFrames.of(result["real"]),
-        )

@@ -6,8 +6,7 @@ Run ``python -m studies.chapter3.shipped_fits.page FILE --out PAGE``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from avsec_gym.drawing.page_table import UNKNOWN, number
 from avsec_gym.metrics.clustered_shares import Share
@@ -24,14 +23,13 @@ _HEADINGS = (
 )  # fmt: skip
 
 
-def shipped_page(result: Mapping[str, Any]) -> str:
+def shipped_page(result: JudgedFits) -> str:
     """The page.
 
     Args:
         result: The result of `judge`.
     """
-    read = JudgedFits.of(result)
-    rate = number(100 * read.rate, digits=0)
+    rate = number(100 * result.rate, digits=0)
     lines = [
         "# Validation without clean frames of one's own",
         "",
@@ -42,18 +40,18 @@ def shipped_page(result: Mapping[str, Any]) -> str:
         " 95 % intervals. Named: exactly the attacked sensor, by likelihoods with 95 % or more.",
         "",
     ]
-    for system in read.systems:
+    for system in result.systems:
         lines += [
-            f"## {_listed(system.sensors)}: {read.frames} procedural frames, seed"
-            f" {read.seed} of those to judge",
+            f"## {_listed(system.sensors)}: {result.frames} procedural frames, seed"
+            f" {result.seed} of those to judge",
             "",
             f"Thresholds and likelihoods were {system.fitted_on}.",
             "",
             *_table(system),
             "",
         ]
-    if read.real is not None:
-        lines += _real(read.real, rate)
+    if result.real is not None:
+        lines += _real(result.real, rate)
     return "\n".join(lines)
 
 
@@ -62,7 +60,7 @@ def _real(real: JudgedRealFrames, rate: str) -> list[str]:
     for id, system in real.frames.items():
         clean = ", ".join(
             f"{name} {value:.3g} of {real.thresholds[name]:.3g}"
-            for name, value in system.clean.items()
+            for name, value in (system.clean or {}).items()
         )
         lines += [
             f"## A real frame: {id}, {_listed(system.sensors)}",
@@ -106,7 +104,7 @@ def _table(system: JudgedSystem) -> list[str]:
     return markdown_table(_HEADINGS, rows)
 
 
-def _listed(sensors: Sequence[str]) -> str:
+def _listed(sensors: Sequence[int | str]) -> str:
     words = ["LiDAR" if sensor == LIDAR else f"camera {sensor}" for sensor in sensors]
     return ", ".join(words)
 
@@ -120,7 +118,9 @@ def _share(share: Share | None) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
-    return page_of_result(arguments, shipped_page, maker="judge", what=__doc__, remedy=_COMMAND)
+    return page_of_result(
+        arguments, JudgedFits, shipped_page, maker="judge", what=__doc__, remedy=_COMMAND
+    )
 
 
 if __name__ == "__main__":

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from avsec_gym.closed_loop.error_model.check import FOUND_MARGIN, GHOST_MARGIN
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
-from studies.driving_safety.error_models.result import CheckedModel
+from studies.driving_safety.error_models.result import CheckedModel, CheckedModels
 from studies.page_of_result import page_of_result
 
 _COMMAND = "Make it with `python -m studies.driving_safety.error_models.fit --json FILE`."
@@ -20,13 +19,13 @@ _CHECKED = (
 )  # fmt: skip
 
 
-def error_models_page(result: Mapping[str, Any]) -> str:
+def error_models_page(result: CheckedModels) -> str:
     """The page.
 
     Args:
         result: The result of `fit`.
     """
-    models = [CheckedModel.of(each) for each in result["models"]]
+    models = result.models
     agreeing = sum(each.agrees for model in models for each in model.checks)
     ranges = sum(len(model.checks) for model in models)
     lines = [
@@ -61,7 +60,7 @@ def error_models_page(result: Mapping[str, Any]) -> str:
 def _fitted_row(model: CheckedModel) -> list[str]:
     return [
         f"`{model.name}`",
-        model.attack or "none",
+        model.attack["name"] if isinstance(model.attack, Mapping) else "none",
         str(model.drives),
         str(model.frames),
         str(model.objects),
@@ -98,7 +97,14 @@ def _percent(share: float | None, interval: Sequence[float] | None = None) -> st
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
-    return page_of_result(arguments, error_models_page, maker="fit", what=__doc__, remedy=_COMMAND)
+    return page_of_result(
+        arguments,
+        CheckedModels,
+        error_models_page,
+        maker="fit",
+        what=__doc__,
+        remedy=_COMMAND,
+    )
 
 
 if __name__ == "__main__":

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from avsec_gym.closed_loop.error_model.check import RangeCheck
+from avsec_gym.experiments.json_rows import keyed
 
 
 @dataclass(frozen=True)
@@ -15,9 +16,9 @@ class CheckedModel:
 
     Args:
         name: The model's name.
-        attack: The name of the attack; empty: none.
-        drives: Number of drives that it was fitted to.
-        frames: Number of frames of them.
+        attack: The attack as the registry takes it; empty: none.
+        frames: Number of frames that it was fitted to.
+        drives: Number of drives that these belong to.
         objects: Number of objects in them.
         found: Number of objects that were detected.
         ghosts: Number of detections of nothing.
@@ -25,33 +26,17 @@ class CheckedModel:
     """
 
     name: str
-    attack: str
-    drives: int
+    attack: Mapping[str, Any] | str
     frames: int
+    drives: int
     objects: int
     found: int
     ghosts: int
-    checks: tuple[RangeCheck, ...]
+    checks: Sequence[RangeCheck] = field(metadata=keyed("check"))
 
-    @classmethod
-    def of(cls, row: Mapping[str, Any]) -> CheckedModel:
-        """From a row of the result.
 
-        Raises:
-            KeyError: A field is missing.
-            TypeError: A field has the wrong type.
-        """
-        attack = row["attack"]
-        return cls(
-            row["name"],
-            attack["name"] if attack else "",
-            row["drives"],
-            row["frames"],
-            row["objects"],
-            row["found"],
-            row["ghosts"],
-            tuple(
-                RangeCheck(**{name: each[name] for name in RangeCheck.__dataclass_fields__})
-                for each in row["check"]
-            ),
-        )
+@dataclass(frozen=True)
+class CheckedModels:
+    """The error models of all cases."""
+
+    models: Sequence[CheckedModel]

@@ -12,6 +12,7 @@ import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.dataset import KittiObject
@@ -23,6 +24,7 @@ from avsec_gym.validation.thresholds import ThresholdTable
 from studies.chapter3 import real_impact
 from studies.chapter3.real_frames import detected, run
 from studies.chapter3.real_frames_page import main, real_frames_page
+from studies.chapter3.real_frames_result import DetectionOnFrame, FittedSuite, RealFramesResult
 from studies.chapter3.real_impact import impact_on_real_frames
 
 
@@ -32,15 +34,15 @@ def test_light_into_real_cameras_is_detected(shared: Path) -> None:
     on = fitted_on(LIDAR_AND_TWO_CAMERAS, depth, frame.calibration, {"made": "up"})
     usual = ThresholdTable(on, np.array([[[0.25, 0.3, 0.05, 0.01]]]))
     found = detected(frame, usual, depth, 0.01, draws=2)
-    assert found["false_alarm"] == {"any": False, "error": False}
-    assert 0 < found["clean"]["error"] < 0.25
-    assert list(found["cases"]) == ["S0", "S1", "S0+S1", "S2", "S0+S2", "S1+S2", "S0+S1+S2"]
+    assert found.false_alarm == {"any": False, "error": False}
+    assert 0 < found.clean["error"] < 0.25
+    assert list(found.cases) == ["S0", "S1", "S0+S1", "S2", "S0+S2", "S1+S2", "S0+S1+S2"]
     for case in ("S1", "S2", "S0+S1+S2"):
-        assert found["cases"][case]["any"]["count"] == 2
+        assert found.cases[case]["any"].count == 2
     # Whoever is beyond no threshold at all detects nothing.
     deaf = ThresholdTable(on, np.ones((1, 1, 4)))
     assert not any(
-        case["any"]["count"] for case in detected(frame, deaf, depth, 0.01, 1)["cases"].values()
+        case["any"].count for case in detected(frame, deaf, depth, 0.01, 1).cases.values()
     )
 
 
@@ -96,33 +98,31 @@ def test_detectors_are_led_astray_on_real_frames(
     monkeypatch.setattr(real_impact, "lidar_detector", lambda name, options: Believer(data))
     monkeypatch.setattr(real_impact, "image_detector", lambda name, options: Window(data))
     found = impact_on_real_frames(data, data, draws=2)
-    scans, images = found["pixor"], found["yolo"]
+    scans, images = found.pixor, found.yolo
     assert scans is not None
     assert images is not None
-    for told in found.values():
-        assert told is not None
-        assert told["score"] == 0.6
-    assert (len(scans["frames"]), len(images["frames"])) == (8, 13)
-    for kind in ("taken", "car_taken"):
-        assert (scans[kind]["count"], scans[kind]["of"]) == (16, 16)
-    assert scans["already"]["rate"] < 0.5
-    assert images["found"]["rate"] == 1.0
-    assert images["found_attacked"]["rate"] == 0.0
-    assert images["found_attacked"]["of"] == 2 * images["found"]["of"]
-    assert images["false_alarms"] == images["false_alarms_attacked"] == 0.0
-    detected = {
-        "cases": {"S0": dict.fromkeys(("any", "error"), scans["taken"])},
-        "false_alarm": {"any": False, "error": True},
-    }
-    result = {
-        "rate": 0.01,
-        "draws": 2,
-        "fitted": {"suite": "mixed", "frames": 48},
-        "frames": {"000107": detected},
-        "impact": found,
-    }
+    for impact in (scans, found.pointrcnn, found.faster_rcnn, images):
+        assert impact is not None
+        assert impact.score == 0.6
+    assert (len(scans.frames), len(images.frames)) == (8, 13)
+    for share in (scans.taken, scans.car_taken):
+        assert share is not None
+        assert (share.count, share.of) == (16, 16)
+    assert scans.already.percent < 50
+    assert images.found.rate == 1.0
+    assert images.found_attacked.rate == 0.0
+    assert images.found_attacked.of == 2 * images.found.of
+    assert images.false_alarms == images.false_alarms_attacked == 0.0
+    on_frame = DetectionOnFrame(
+        clean={},
+        false_alarm={"any": False, "error": True},
+        cases={"S0": dict.fromkeys(("any", "error"), scans.taken)},
+    )
+    result = RealFramesResult(
+        FittedSuite("mixed", 48), 0.01, 2, thresholds={}, frames={"000107": on_frame}, impact=found
+    )
     given, written = tmp_path / "result.json", tmp_path / "page.md"
-    given.write_text(json.dumps(result))
+    given.write_text(json.dumps(row_json(result)))
     assert main([str(given), "--out", str(written)]) == 0
     page = written.read_text()
     assert "| LiDAR | 100.0 [" in page
@@ -130,9 +130,8 @@ def test_detectors_are_led_astray_on_real_frames(
     assert "| YOLOv3 | 13 | 100.0 [" in page
     assert "*98.6*" in page
     # What could not be counted is told as unknown.
-    unjudged = {**images, "found_attacked": vars(share_of([], []))}
-    lacking = {**result, "impact": {**found, "pixor": None, "yolo": unjudged}}
-    page = real_frames_page(lacking)
+    unjudged = replace(images, found_attacked=share_of([], []))
+    page = real_frames_page(replace(result, impact=replace(found, pixor=None, yolo=unjudged)))
     assert "PIXOR |" not in page
     assert "| YOLOv3 | 13 | 100.0 [" in page
     assert "] | – | 0.00" in page
@@ -149,4 +148,4 @@ def test_frames_without_labels_are_attacked_all_the_same(shared: Path, tmp_path:
         for file in sorted((data.folder / name).glob("000000.*")):
             (bare / name / file.name).symlink_to(file)
     found = impact_on_real_frames(KittiObject(tmp_path), data, draws=1)
-    assert found == dict.fromkeys(("pixor", "pointrcnn", "faster_rcnn", "yolo"))
+    assert row_json(found) == dict.fromkeys(("pixor", "pointrcnn", "faster_rcnn", "yolo"))

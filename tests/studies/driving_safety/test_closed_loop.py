@@ -11,13 +11,14 @@ import pytest
 from scipy.stats import spearmanr
 
 from avsec_gym.cli import run
-from studies.driving_safety.closed_loop import ranking, table
+from avsec_gym.experiments.json_rows import row_json, row_of
+from studies.driving_safety.closed_loop import LoopTables, ranking, table
 from studies.driving_safety.closed_loop_page import closed_loop_page
 
 SETTINGS = ("a", "b", "c", "d")
 
 
-def rows(unsafe: dict[str, int], collisions: dict[str, int]) -> list[dict[str, Any]]:
+def rows(unsafe: dict[str, int], collisions: dict[str, int]) -> list[Any]:
     """Twenty drives of each setting, the first ones unsafe or with a collision."""
     return [
         {
@@ -59,10 +60,10 @@ def test_from_drives_to_a_page(tmp_path: Path) -> None:
     words = ["--scenarios", "layouts", "--limit", "4", "--duration", "2", "--pictures", "0"]
     late = '{"name": "late", "perception": "blind", "planner": "gbfs"}'
     assert run(["drive", "--settings", "truth", "blind", late, "--out", str(out), *words]) == 0
-    result = json.loads(json.dumps({"labels": table(out)}))
+    result = json.loads(json.dumps(row_json(LoopTables(labels=table(out)))))
     truth, blind, _ = result["labels"]["settings"]
     assert truth["first_plan"]["rate"] >= blind["first_plan"]["rate"]
     assert (truth["first_plan"]["of"], blind["rates"]["collision"]["of"]) == (4, 4)
-    text = closed_loop_page(result)
+    text = closed_loop_page(row_of(LoopTables, result))
     assert "`blind` | 4 |" in text
     assert not np.any([word in text for word in ("None", "nan")])
