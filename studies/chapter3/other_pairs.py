@@ -12,8 +12,8 @@ import logging
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -22,10 +22,11 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter3.defence.defended_drives import DRIVE_FRAMES
 from avsec_gym.experiments.chapter3.defence.scenes import scene_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, recordings_of
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.validation.compromised_sensors import as_stereo_pair, stereo_pairs
@@ -38,7 +39,47 @@ _NEAREST, _FARTHEST = 5.0, 40.0
 _SAME_BEARING = np.radians(2.0)
 
 
-def run(options: argparse.Namespace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class DistanceRatio:
+    """Distance of boxes over the true one: median, 10th and 90th percentile; None without a box."""
+
+    median: float | None
+    low: float | None = field(metadata=keyed("from"))
+    high: float | None = field(metadata=keyed("to"))
+
+
+@dataclass(frozen=True)
+class PairRow:
+    """What a detector finds by a pair of cameras.
+
+    Args:
+        left: Number of the left camera.
+        right: Number of the right camera.
+        baseline: Baseline over that of cameras 2 and 3.
+        found: Share of the cars 5 to 40 m ahead in whose direction it has a box; its interval
+            allows for cars of one drive being alike.
+        distance: Distance of these boxes.
+    """
+
+    left: int
+    right: int
+    baseline: float
+    found: Share
+    distance: DistanceRatio
+
+
+@dataclass(frozen=True)
+class OtherPairs:
+    """The study: what was judged, and a row for each pair."""
+
+    detector: str
+    seed: int
+    frames: int
+    score_threshold: float
+    pairs: Sequence[PairRow]
+
+
+def run(options: argparse.Namespace) -> OtherPairs:
     """Count by every pair.
 
     Raises:
@@ -48,30 +89,24 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     detector = make_detector({"name": options.detector})
     configuration = Configuration(PROCEDURAL, options.limit, options.seed)
     recordings = recordings_of(configuration, JUDGED, DRIVE_FRAMES)
-    return {
-        "detector": options.detector,
-        "seed": options.seed,
-        "frames": len(recordings.frames),
-        "score_threshold": options.score_threshold,
-        "pairs": found_by_pairs(recordings, detector, options.score_threshold),
-    }
+    return OtherPairs(
+        detector=options.detector,
+        seed=options.seed,
+        frames=len(recordings.frames),
+        score_threshold=options.score_threshold,
+        pairs=found_by_pairs(recordings, detector, options.score_threshold),
+    )
 
 
 def found_by_pairs(
     recordings: Recordings, detector: Detector, score_threshold: float
-) -> list[dict[str, Any]]:
+) -> list[PairRow]:
     """A row for each pair, that of the baseline most like the usual one first.
 
     Args:
         recordings: Recordings of labelled drives.
         detector: A detector of images.
         score_threshold: The least score of boxes that count.
-
-    Returns:
-        Rows with ``left`` and ``right``, cameras; ``baseline``, over that of cameras 2 and 3;
-        ``found``, of the cars 5 to 40 m ahead those in whose direction it has a box, with a 95 %
-        interval that allows for cars of one drive being alike; and ``distance``, that box's over
-        the true one: median, 10th and 90th percentile.
     """
     calibration = recordings.frames[0].frame().calibration
     pairs = stereo_pairs(calibration, recordings.system.cameras)
@@ -88,26 +123,19 @@ def found_by_pairs(
         if number % 20 == 19:
             left = (time.perf_counter() - start) * (count / (number + 1) - 1)
             _LOG.info("%d of %d frames, about %.0f s left", number + 1, count, left)
-    return [
-        {
-            "left": pair[0],
-            "right": pair[1],
-            "baseline": round(baseline, 3),
-            **_row(np.concatenate(seen[pair]), drives),
-        }
-        for pair, baseline in pairs.items()
-    ]
+    rows = []
+    for pair, baseline in pairs.items():
+        ratios = np.concatenate(seen[pair])
+        share = share_of(~np.isnan(ratios), drives)
+        rows.append(PairRow(*pair, round(baseline, 3), share, _distance(ratios)))
+    return rows
 
 
-def _row(ratios: Floats, drives: Sequence[str]) -> dict[str, Any]:
-    """Of one pair: see `distances`, and the drive of each car."""
-    found = ~np.isnan(ratios)
-    known = ratios[found]
+def _distance(ratios: Floats) -> DistanceRatio:
+    """Of all cars of a pair, see `distances`."""
+    known = ratios[~np.isnan(ratios)]
     low, middle, high = np.percentile(known, (10, 50, 90)).tolist() if len(known) else [None] * 3
-    return {
-        "found": vars(share_of(found.tolist(), drives)),
-        "distance": {"median": middle, "from": low, "to": high},
-    }
+    return DistanceRatio(middle, low, high)
 
 
 def cars_ahead(boxes: Boxes3D) -> Boxes3D:

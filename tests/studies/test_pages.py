@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.experiments.json_rows import row_json, row_of
+from studies.chapter3.other_pairs import OtherPairs
 from studies.chapter3.real_frames_page import real_frames_page
 from studies.chapter3.real_frames_result import RealFramesResult
 from studies.chapter3.shipped_fits.judged_result import JudgedFits
@@ -60,6 +61,7 @@ def test_the_page_of_detectors_is_that_of_the_results() -> None:
     ("name", "kind"),
     [
         ("identification_real", RealFramesResult),
+        ("other_pairs", OtherPairs),
         ("patch_signal", PatchSignals),
         ("shipped_fits", JudgedFits),
     ],
