@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 UNKNOWN = "–"
@@ -19,13 +20,15 @@ def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> lis
 
 
 def number(value: float | None, digits: int) -> str:
-    """With so many digits behind the point; a dash for None.
+    """With so many digits behind the point; a dash for None and NaN.
 
     Example:
         >>> number(1234.567, 1), number(-0.001, 2), number(None, 1)
         ('1,234.6', '0.00', '–')
     """
-    return UNKNOWN if value is None else f"{round(value, digits) + 0.0:,.{digits}f}"
+    if value is None or math.isnan(value):
+        return UNKNOWN
+    return f"{round(value, digits) + 0.0:,.{digits}f}"
 
 
 def share(value: float | None) -> str:

@@ -8,26 +8,38 @@ Plans anew on what a run has stored; no network is needed.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import Estimate, Interval
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
-from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.report.markdown_table import interval, markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
 from studies.chapter5.case_measures import IN_REACH
-from studies.chapter5.corrected_episodes import AS_FOUND, CORRECTED, SAME, corrected_rows
-from studies.chapter5.headroom import NOTHING, RANDOM, SPECIFIC, TRUTH, headroom_rows
+from studies.chapter5.corrected_episodes import (
+    AS_FOUND,
+    CORRECTED,
+    SAME,
+    CorrectedRow,
+    corrected_rows,
+)
+from studies.chapter5.headroom import (
+    NOTHING,
+    RANDOM,
+    SPECIFIC,
+    TRUTH,
+    HeadroomRow,
+    headroom_rows,
+)
 from studies.chapter5.run_page import run_page
 from studies.chapter5.telling_measures import BOTH, PRECISION
 
-Row = Mapping[str, Any]
-"""A row of the result, as JSON has it."""
 _SEEN = {
     TRUTH: "the truth",
     NOTHING: "nothing",
@@ -36,40 +48,68 @@ _SEEN = {
 }
 
 
-def page(found: Mapping[str, Any], command: str) -> str:
+@dataclass(frozen=True)
+class EarlierMeasureRow:
+    """How far the loss of a measure goes with the loss of safety, see `MeasureRow`."""
+
+    measure: str
+    detector: str
+    attacks: int
+    rho: float | None
+    interval: Interval | None
+    more: Estimate
+
+
+@dataclass(frozen=True)
+class CostlyErrors:
+    """The study.
+
+    Args:
+        scenarios: Number of scenarios.
+        headroom: Rows of cars without a detector.
+        errors: Rows of corrected detections.
+        measures: Of earlier runs, what `telling_page` shows of later ones; None: a later one.
+    """
+
+    scenarios: int
+    headroom: Sequence[HeadroomRow]
+    errors: Sequence[CorrectedRow]
+    measures: Sequence[EarlierMeasureRow] | None = field(default=None, metadata=OPTIONAL)
+
+
+def page(found: CostlyErrors, command: str) -> str:
     """All as Markdown.
 
     Args:
-        found: ``scenarios``, how many; rows of ``headroom`` and ``errors``; of earlier runs those
-            of ``measures``, which `telling_page` shows of later ones.
+        found: The result.
         command: The command that made it.
     """
     return "\n".join(
         [
             "# Which errors cost safety?",
             "",
-            f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
+            f"{found.scenarios:,} scenarios, the three intentions together, planned anew on the"
             f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Safe driving in %;"
             " behind it what is gained, in percentage points, with its 95 % bootstrap interval over"
             " scenarios.",
-            *_headroom(found["headroom"]),
-            *_corrected(found["errors"]),
-            *(_measures(found["measures"]) if "measures" in found else []),
+            *_headroom(found.headroom),
+            *_corrected(found.errors),
+            *(_measures(found.measures) if found.measures else []),
             "",
         ]
     )
 
 
-def _headroom(rows: Sequence[Row]) -> list[str]:
+def _headroom(rows: Sequence[HeadroomRow]) -> list[str]:
     """Safe driving between what nothing and what the truth lets be planned."""
     titles = ["what the planner is given", "safe driving", "against the truth", "collisions"]
     cells = [
         [
-            _SEEN[row["seen"]],
-            share(row["safe_driving_rate"]),
-            _signed(row) if row["seen"] != TRUTH else "",
-            share(row["collision_rate"]),
-            *(share(row["by_intention"][intention]) for intention in Intention),
+            _SEEN[row.seen],
+            share(row.rates.safe_driving_rate),
+            _signed(row.gain) if row.seen != TRUTH else "",
+            share(row.rates.collision_rate),
+            *(share(row.by_intention[intention]) for intention in Intention),
         ]
         for row in rows
     ]
@@ -85,20 +125,23 @@ def _headroom(rows: Sequence[Row]) -> list[str]:
     ]
 
 
-def _corrected(rows: Sequence[Row]) -> list[str]:
+def _corrected(rows: Sequence[CorrectedRow]) -> list[str]:
     """What correcting one kind of error gains, a line for each detector and attack."""
-    cells: dict[tuple[str, str], list[str]] = {}
+    cells: dict[Condition, list[str]] = {}
     for row in rows:
-        names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
-        rate = share(row["safe_driving_rate"])
-        text = rate if row["corrected"] == AS_FOUND else f"{rate}, {_signed(row)}"
-        cells.setdefault(names, []).append(text)
+        rate = share(row.rates.safe_driving_rate)
+        text = rate if row.corrected == AS_FOUND else f"{rate}, {_signed(row.gain)}"
+        cells.setdefault(row.condition, []).append(text)
+    lines = [
+        [detector_name(each.detector), attack_name(each.attack, each.strength), *own]
+        for each, own in cells.items()
+    ]
     titles = ["detector", "attack", AS_FOUND, *(f"{name} corrected" for name in CORRECTED[1:])]
     return [
         "",
         "## Errors corrected",
         "",
-        *markdown_table(titles, [[*names, *own] for names, own in cells.items()]),
+        *markdown_table(titles, lines),
         "",
         "Ghosts: boxes that stand for nothing real are dropped. Misses: real objects that no box"
         f" means, with an overlap of {SAME:g} from above, are added, those too that the detector"
@@ -106,16 +149,16 @@ def _corrected(rows: Sequence[Row]) -> list[str]:
     ]
 
 
-def _measures(rows: Sequence[Row]) -> list[str]:
+def _measures(rows: Sequence[EarlierMeasureRow]) -> list[str]:
     """How far measures of perception go with safe driving."""
     titles = ["measure", "detector", "attacks", "ρ with safe driving", f"more than of {PRECISION}"]
     cells = [
         [
-            row["measure"],
-            BOTH if row["detector"] == BOTH else detector_name(row["detector"]),
-            str(row["attacks"]),
-            interval(row["rho"], row["interval"], 2),
-            "" if row["measure"] == PRECISION else _signed(row, "more", 2),
+            row.measure,
+            BOTH if row.detector == BOTH else detector_name(row.detector),
+            str(row.attacks),
+            interval(row.rho, row.interval, 2),
+            "" if row.measure == PRECISION else _signed(row.more, 2),
         ]
         for row in rows
     ]
@@ -137,7 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return run_page(__spec__.name, __doc__, arguments, _measured, page)
 
 
-def _measured(run: RunFolder) -> dict[str, Any]:
+def _measured(run: RunFolder) -> CostlyErrors:
     configuration = run.configuration
     given = {**OPTIONS, **configuration.options}
     motion, scenes = Motion.named(given["motion"]), scenes_of(configuration)
@@ -146,16 +189,12 @@ def _measured(run: RunFolder) -> dict[str, Any]:
         headroom = headroom_rows(scenes, outcomes.scenarios, motion, configuration.seed, shown)
     with progress("driving on corrected detections") as shown:
         errors = corrected_rows(outcomes, scenes, motion, given["score_threshold"], shown)
-    return {
-        "scenarios": len(outcomes.scenarios),
-        "headroom": as_json(headroom),
-        "errors": as_json(errors),
-    }
+    return CostlyErrors(len(outcomes.scenarios), headroom, errors)
 
 
-def _signed(row: Row, name: str = "gain", digits: int = 1) -> str:
-    said = interval(row[name], row[f"{name}_interval"], digits)
-    return f"+{said}" if row[name] is not None and row[name] >= 0 else said
+def _signed(difference: Estimate, digits: int = 1) -> str:
+    text = interval(difference.value, difference.interval, digits)
+    return f"+{text}" if difference.value is not None and difference.value >= 0 else text
 
 
 if __name__ == "__main__":

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +20,14 @@ from matplotlib.figure import Figure
 
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.decoupling import UnattackedRow
+from avsec_gym.experiments.chapter5.losses import LossRow
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import JOINT_PATCHES, NOISES, PATCHES, PERTURBATIONS
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.geometry import Floats
 from avsec_gym.storage.json_files import read_json_object
-from studies.chapter5.headroom import NOTHING
+from studies.chapter5.headroom import NOTHING, HeadroomRow
 
 _STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 _MARKS = {
@@ -39,62 +42,33 @@ _MARKS = {
 """Marker and colour of what is drawn."""
 
 
-@dataclass(frozen=True)
-class DrawnAttack:
-    """What an attack on a detector takes, in percentage points.
-
-    Args:
-        detector: Name of the detector.
-        attack: Name of the attack.
-        strength: Strength of the attack.
-        whole_levels: Whether the attacked images were rounded to whole grey levels.
-        precision: Loss of average precision, and the ends of its interval.
-        safety: Loss of the safe driving rate, and the ends of its interval.
-    """
-
-    detector: str
-    attack: str
-    strength: float
-    whole_levels: bool
-    precision: tuple[float, float, float]
-    safety: tuple[float, float, float]
-
-    @classmethod
-    def of(cls, row: Mapping[str, Any]) -> DrawnAttack:
-        """The row as JSON has it."""
-        return cls(
-            row["detector"],
-            row["attack"],
-            row["strength"],
-            row["whole_levels"],
-            (row["precision_lost"], *row["precision_lost_interval"]),
-            (row["safety_lost"], *row["safety_lost_interval"]),
-        )
-
-
 def draw_decoupling(
-    decoupling: Mapping[str, Any], headroom: Sequence[Mapping[str, Any]], path: str | Path
+    unattacked: Sequence[UnattackedRow],
+    attacks: Sequence[LossRow],
+    headroom: Sequence[HeadroomRow],
+    path: str | Path,
 ) -> None:
     """A panel for each detector; dashed: what a car loses that sees nothing at all.
 
     Args:
-        decoupling: JSON of `avsec_gym.experiments.chapter5.decoupling.decoupling`.
-        headroom: JSON of `studies.chapter5.headroom.headroom_rows`.
+        unattacked: A row for each detector.
+        attacks: A row for each condition.
+        headroom: Rows of cars without a detector.
         path: The picture's file.
     """
-    (blind,) = (100 * row["safe_driving_rate"] for row in headroom if row["seen"] == NOTHING)
-    attacks = [DrawnAttack.of(row) for row in decoupling["attacks"]]
+    (blind,) = (100 * row.rates.safe_driving_rate for row in headroom if row.seen == NOTHING)
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(8.6, 3.7), facecolor="white")
-        count = len(decoupling["unattacked"])
+        count = len(unattacked)
         panels = figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
-        for axes, clean in zip(panels, decoupling["unattacked"], strict=True):
-            own = [each for each in attacks if each.detector == clean["detector"]]
-            _draw_attacks(axes, [each for each in own if not each.whole_levels])
-            axes.axhline(clean["safety"] - blind, color=FAINT, linestyle="--", linewidth=1)
+        for axes, clean in zip(panels, unattacked, strict=True):
+            assert clean.safety.value is not None
+            own = [row for row in attacks if row.condition.detector == clean.detector]
+            _draw_attacks(axes, [row for row in own if not row.condition.whole_levels])
+            axes.axhline(clean.safety.value - blind, color=FAINT, linestyle="--", linewidth=1)
             axes.annotate(
                 "a car that sees nothing",
-                (1, clean["safety"] - blind),
+                (1, clean.safety.value - blind),
                 (-4, 3),
                 xycoords=("axes fraction", "data"),
                 textcoords="offset points",
@@ -102,7 +76,7 @@ def draw_decoupling(
                 fontsize=8,
                 color=FAINT,
             )
-            axes.set_title(detector_name(clean["detector"]), loc="left", weight="bold")
+            axes.set_title(detector_name(clean.detector), loc="left", weight="bold")
             axes.set_xlabel("average precision taken, points")
         panels[0].set_ylabel("safe driving taken, points")
         handles, names = panels[0].get_legend_handles_labels()
@@ -111,28 +85,28 @@ def draw_decoupling(
         figure.savefig(path, dpi=150)
 
 
-def _draw_attacks(axes: Axes, rows: Sequence[DrawnAttack]) -> None:
+def _draw_attacks(axes: Axes, rows: Sequence[LossRow]) -> None:
     axes.axhline(0, color=FAINT, linewidth=0.8)
     axes.axvline(0, color=FAINT, linewidth=0.8)
     for attack, (marker, colour) in _MARKS.items():
-        own = [row for row in rows if row.attack == attack]
+        own = [row for row in rows if row.condition.attack == attack]
         if not own:
             continue
         (x, across), (y, upward) = (
             _points(losses)
-            for losses in ([row.precision for row in own], [row.safety for row in own])
+            for losses in ([row.precision_lost for row in own], [row.safety_lost for row in own])
         )
         axes.errorbar(x, y, upward, across, fmt="none", ecolor=colour, elinewidth=0.7, alpha=0.35)
-        strength = 0.0 if attack in PERTURBATIONS else own[0].strength
+        strength = 0.0 if attack in PERTURBATIONS else own[0].condition.strength
         name = attack_name(attack, strength)
         axes.plot(
             x, y, marker, color=colour, markersize=5, label=name, linestyle="-", linewidth=0.8
         )
 
 
-def _points(losses: Sequence[tuple[float, float, float]]) -> tuple[Floats, Floats]:
+def _points(losses: Sequence[Estimate]) -> tuple[Floats, Floats]:
     """What is lost, and how far the interval reaches below and above."""
-    lost, low, high = np.transpose(losses)
+    lost, low, high = np.transpose([[loss.value, *(loss.interval or ())] for loss in losses])
     return lost, np.array([lost - low, high - lost])
 
 
@@ -146,7 +120,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report, errors = (
         read_json_object(path, remedy="Make it anew.") for path in (options.report, options.errors)
     )
-    draw_decoupling(report["decoupling"], errors["headroom"], options.figure)
+    draw_decoupling(
+        [row_of(UnattackedRow, row) for row in report["decoupling"]["unattacked"]],
+        [row_of(LossRow, row) for row in report["decoupling"]["attacks"]],
+        [row_of(HeadroomRow, row) for row in errors["headroom"]],
+        options.figure,
+    )
     return 0
 
 

@@ -5,19 +5,21 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
+
+R = TypeVar("R")
 
 
 def run_page(
     module: str,
     what: str | None,
     arguments: Sequence[str] | None,
-    rows_of: Callable[[RunFolder], dict[str, Any]],
-    page: Callable[[dict[str, Any], str], str],
+    measured: Callable[[RunFolder], R],
+    page: Callable[[R, str], str],
 ) -> int:
     """Parse the command line, measure, print or write.
 
@@ -25,7 +27,7 @@ def run_page(
         module: The full name of the module that is run.
         what: Docstring of the module, whose first line is the help.
         arguments: The words of the command line; None: those of the process.
-        rows_of: The function from the run to the result.
+        measured: The function from the run to the result, a dataclass.
         page: The result as Markdown, and the command that made it.
 
     Returns:
@@ -36,8 +38,8 @@ def run_page(
     parser.add_argument("--markdown", type=Path, help="also write tables into this file")
     parser.add_argument("--json", type=Path, help="write here instead of standard output")
 
-    def made(options: argparse.Namespace) -> dict[str, Any]:
-        result = rows_of(RunFolder.open(options.run))
+    def made(options: argparse.Namespace) -> R:
+        result = measured(RunFolder.open(options.run))
         if options.markdown is not None:
             text = page(result, f"python -m {module} RUN --markdown FILE")
             write_text(options.markdown, text, overwrite=True)

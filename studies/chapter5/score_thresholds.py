@@ -8,10 +8,9 @@ Plans anew on the detections that a run has stored, for several thresholds; no n
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.console import progress
@@ -19,7 +18,6 @@ from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_na
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
-from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.markdown_table import markdown_table, share
@@ -46,6 +44,14 @@ class ThresholdRow:
     condition: Condition
     threshold: float
     rates: SafetyRates
+
+
+@dataclass(frozen=True)
+class SweptThresholds:
+    """The study: the number of scenarios, and a row for each condition and threshold."""
+
+    scenarios: int
+    rows: Sequence[ThresholdRow]
 
 
 def threshold_rows(
@@ -81,31 +87,35 @@ def _surer(least: float, boxes: Boxes3D, _: Scene) -> Boxes3D:
     return above(boxes, least)
 
 
-def page(found: Mapping[str, Any], command: str) -> str:
+def page(found: SweptThresholds, command: str) -> str:
     """Safe driving by condition and threshold as Markdown, collisions below.
 
     Args:
-        found: ``scenarios``, how many, and ``rows``.
+        found: The result.
         command: The command that made it.
     """
-    rows = found["rows"]
-    thresholds = list(dict.fromkeys(row["threshold"] for row in rows))
+    thresholds = list(dict.fromkeys(row.threshold for row in found.rows))
     lines = [
         "# Driving safety by score threshold",
         "",
-        f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
+        f"{found.scenarios:,} scenarios, the three intentions together, planned anew on the"
         f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Boxes with a lower"
         " score are not planned on. In %.",
         "",
     ]
-    for rate, title in (("safe_driving_rate", "Safe driving"), ("collision_rate", "Collisions")):
-        cells: dict[tuple[str, str], list[str]] = {}
-        for row in rows:
-            names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
-            cells.setdefault(names, []).append(share(row[rate]))
-        columns = ["detector", "attack", *(f"{threshold:g}" for threshold in thresholds)]
-        table = markdown_table(columns, [[*names, *own] for names, own in cells.items()])
-        lines += [f"## {title}", "", *table, ""]
+    columns = ["detector", "attack", *(f"{threshold:g}" for threshold in thresholds)]
+    for title, shares in (
+        ("Safe driving", [row.rates.safe_driving_rate for row in found.rows]),
+        ("Collisions", [row.rates.collision_rate for row in found.rows]),
+    ):
+        cells: dict[Condition, list[str]] = {}
+        for row, value in zip(found.rows, shares, strict=True):
+            cells.setdefault(row.condition, []).append(share(value))
+        rows = [
+            [detector_name(each.detector), attack_name(each.attack, each.strength), *own]
+            for each, own in cells.items()
+        ]
+        lines += [f"## {title}", "", *markdown_table(columns, rows), ""]
     return "\n".join(lines)
 
 
@@ -114,12 +124,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return run_page(__spec__.name, __doc__, arguments, _swept, page)
 
 
-def _swept(run: RunFolder) -> dict[str, Any]:
+def _swept(run: RunFolder) -> SweptThresholds:
     outcomes = Outcomes(run, labels_of(run.configuration))
     motion = Motion.named({**OPTIONS, **run.configuration.options}["motion"])
     with progress("driving") as shown:
         rows = threshold_rows(outcomes, scenes_of(run.configuration), motion, on_progress=shown)
-    return {"scenarios": len(outcomes.scenarios), "rows": as_json(rows)}
+    return SweptThresholds(len(outcomes.scenarios), rows)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,27 +13,30 @@ from matplotlib.figure import Figure
 
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.experiments.chapter5.attack_names import detector_name
-from studies.chapter5.telling_measures import ALL_ATTACKS, BOTH, MEASURES
+from studies.chapter5.telling_flips import FlipRow
+from studies.chapter5.telling_measures import ALL_ATTACKS, BOTH, MEASURES, MeasureRow
 
-Row = Mapping[str, Any]
+Row = MeasureRow | FlipRow
 _STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 _COLOURS = ("#0b5ea8", "#e08a00", "#5b6673")
 _MARKS = ("o", "s", "D")
 
 
-def draw_telling(measures: Sequence[Row], flips: Sequence[Row], path: str | Path) -> None:
+def draw_telling(
+    measures: Sequence[MeasureRow], flips: Sequence[FlipRow], path: str | Path
+) -> None:
     """A line for each measure, a mark for each detector and for both together, all attacks.
 
     Args:
-        measures: JSON of `telling_rows`.
-        flips: JSON of `flip_rows`.
+        measures: Rows of `telling_rows`.
+        flips: Rows of `flip_rows`.
         path: The picture's file.
     """
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(8.6, 4.6), facecolor="white")
         left, right = figure.subplots(1, 2, sharey=True)
-        _draw(left, measures, "rho", 0.0, (-1.05, 1.05))
-        _draw(right, flips, "area", 0.5, (0.25, 1.02))
+        _draw(left, [(row, row.rho) for row in measures], 0.0, (-1.05, 1.05))
+        _draw(right, [(row, row.area) for row in flips], 0.5, (0.25, 1.02))
         left.set_title("over attacks", loc="left", weight="bold")
         right.set_title("in single drives of an attack", loc="left", weight="bold")
         left.set_xlabel("rank correlation with safe driving lost")
@@ -47,22 +50,23 @@ def draw_telling(measures: Sequence[Row], flips: Sequence[Row], path: str | Path
 
 
 def _draw(
-    axes: Axes, rows: Sequence[Row], name: str, nothing: float, limits: tuple[float, float]
+    axes: Axes,
+    rows: Sequence[tuple[Row, float | None]],
+    nothing: float,
+    limits: tuple[float, float],
 ) -> None:
     axes.axvline(nothing, color=FAINT, linewidth=0.8)
-    detectors = list(dict.fromkeys(row["detector"] for row in rows))
+    detectors = list(dict.fromkeys(row.detector for row, _ in rows))
     for number, detector in enumerate(detectors):
         own = {
-            row["measure"]: row
-            for row in rows
-            if row["detector"] == detector
-            and row["family"] == ALL_ATTACKS
-            and row[name] is not None
+            row.measure: (value, row.interval or [np.nan] * 2)
+            for row, value in rows
+            if row.detector == detector and row.family == ALL_ATTACKS and value is not None
         }
         lines = [line for line, measure in enumerate(MEASURES) if measure in own]
         found = [own[MEASURES[line]] for line in lines]
-        values = np.array([row[name] for row in found])
-        bounds = np.array([row["interval"] or [np.nan] * 2 for row in found]).reshape(-1, 2)
+        values = np.array([value for value, _ in found])
+        bounds = np.array([interval for _, interval in found]).reshape(-1, 2)
         at = np.array(lines) + 0.22 * (number - (len(detectors) - 1) / 2)
         spread = np.abs(bounds.T - values)
         colour, mark = _COLOURS[number % 3], _MARKS[number % 3]

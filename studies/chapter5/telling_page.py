@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
-from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.metrics.contact_recall import HORIZON, MARGIN
 from avsec_gym.metrics.planning_kl import CELL, TEMPERATURE
 from avsec_gym.metrics.support_distance import MISSED
@@ -29,25 +28,37 @@ from studies.answer import answer
 from studies.chapter5.case_measures import IN_REACH, case_measures
 from studies.chapter5.corrected_episodes import SAME
 from studies.chapter5.telling_figure import draw_telling
-from studies.chapter5.telling_flips import flip_rows
-from studies.chapter5.telling_measures import BOTH, PRECISION, compared_attacks, telling_rows
+from studies.chapter5.telling_flips import FlipRow, flip_rows
+from studies.chapter5.telling_measures import (
+    BOTH,
+    PRECISION,
+    MeasureRow,
+    compared_attacks,
+    telling_rows,
+)
 
-Row = Mapping[str, Any]
-"""A row of the result, as JSON has it."""
+
+@dataclass(frozen=True)
+class TellingMeasures:
+    """The study: the number of scenarios, rows over attacks, and rows of single drives."""
+
+    scenarios: int
+    measures: Sequence[MeasureRow]
+    flips: Sequence[FlipRow]
 
 
-def page(found: Mapping[str, Any], command: str) -> str:
+def page(found: TellingMeasures, command: str) -> str:
     """All as Markdown.
 
     Args:
-        found: ``scenarios``, how many; rows of ``measures`` and ``flips``.
+        found: The result.
         command: The command that made it.
     """
     return "\n".join(
         [
             "# Which measure of perception tells of safety?",
             "",
-            f"{found['scenarios']:,} scenarios, three intentions each; measured on what a run of"
+            f"{found.scenarios:,} scenarios, three intentions each; measured on what a run of"
             f" chapter 5 has stored, by `{command}`. In brackets: 95 % intervals by bootstrap over"
             " scenarios, each with all its attacks and intentions; not corrected for the number of"
             " rows.",
@@ -57,7 +68,10 @@ def page(found: Mapping[str, Any], command: str) -> str:
             *markdown_table(
                 ["measure", "detector", "attacks", "number", "ρ with safe driving",
                  f"more than of {PRECISION}"],
-                [_line(row, "rho", str(row["attacks"])) for row in found["measures"]],
+                [
+                    _line(row, str(row.attacks), interval(row.rho, row.interval, 2))
+                    for row in found.measures
+                ],
             ),
             "",
             "Spearman’s rank correlation of what an attack takes of the measure with what it takes"
@@ -69,9 +83,12 @@ def page(found: Mapping[str, Any], command: str) -> str:
                 ["measure", "detector", "attacks", "became unsafe, of", "area under the ROC curve",
                  f"more than of {PRECISION}"],
                 [
-                    _line(row, "area", f"{row['became_unsafe']} in {row['scenes']} scenes,"
-                          f" {row['drives']:,}")
-                    for row in found["flips"]
+                    _line(
+                        row,
+                        f"{row.became_unsafe} in {row.scenes} scenes, {row.drives:,}",
+                        interval(row.area, row.interval, 2),
+                    )
+                    for row in found.flips
                 ],
             ),
             "",
@@ -102,16 +119,16 @@ def page(found: Mapping[str, Any], command: str) -> str:
     )  # fmt: skip
 
 
-def _line(row: Row, name: str, count: str) -> list[str]:
-    more = interval(row["more"], row["more_interval"], 2)
-    signed = f"+{more}" if row["more"] is not None and row["more"] >= 0 else more
+def _line(row: MeasureRow | FlipRow, count: str, value: str) -> list[str]:
+    more = interval(row.more.value, row.more.interval, 2)
+    signed = f"+{more}" if row.more.value is not None and row.more.value >= 0 else more
     return [
-        row["measure"],
-        BOTH if row["detector"] == BOTH else detector_name(row["detector"]),
-        row["family"],
+        row.measure,
+        BOTH if row.detector == BOTH else detector_name(row.detector),
+        row.family,
         count,
-        interval(row[name], row["interval"], 2),
-        "" if row["measure"] == PRECISION else signed,
+        value,
+        "" if row.measure == PRECISION else signed,
     ]
 
 
@@ -123,19 +140,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--figure", type=Path, help="also draw this picture")
     parser.add_argument("--json", type=Path, help="write here instead of standard output")
 
-    def made(options: argparse.Namespace) -> dict[str, Any]:
+    def made(options: argparse.Namespace) -> TellingMeasures:
         result = _measured(RunFolder.open(options.run))
         if options.markdown is not None:
             command = f"python -m {__spec__.name} RUN --markdown FILE --figure FILE"
             write_text(options.markdown, page(result, command), overwrite=True)
         if options.figure is not None:
-            draw_telling(result["measures"], result["flips"], options.figure)
+            draw_telling(result.measures, result.flips, options.figure)
         return result
 
     return answer(parser.parse_args(arguments), made)
 
 
-def _measured(run: RunFolder) -> dict[str, Any]:
+def _measured(run: RunFolder) -> TellingMeasures:
     configuration = run.configuration
     given = {**OPTIONS, **configuration.options}
     outcomes = Outcomes(run, labels_of(configuration))
@@ -150,11 +167,9 @@ def _measured(run: RunFolder) -> dict[str, Any]:
             given["score_threshold"],
             shown,
         )
-    return {
-        "scenarios": len(outcomes.scenarios),
-        "measures": as_json(telling_rows(outcomes, cases)),
-        "flips": as_json(flip_rows(outcomes, cases)),
-    }
+    return TellingMeasures(
+        len(outcomes.scenarios), telling_rows(outcomes, cases), flip_rows(outcomes, cases)
+    )
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -13,9 +14,12 @@ from studies.chapter3.other_pairs import OtherPairs
 from studies.chapter3.real_frames_page import real_frames_page
 from studies.chapter3.real_frames_result import RealFramesResult
 from studies.chapter3.shipped_fits.judged_result import JudgedFits
-from studies.chapter5 import costly_errors
+from studies.chapter5 import costly_errors, score_thresholds, telling_page
+from studies.chapter5.costly_errors import CostlyErrors
 from studies.chapter5.patch_signal import PatchSignals
 from studies.chapter5.patch_signal_page import signal_page
+from studies.chapter5.score_thresholds import SweptThresholds
+from studies.chapter5.telling_page import TellingMeasures
 from studies.driving_safety.error_models.page import error_models_page
 from studies.driving_safety.error_models.result import CheckedModels
 from studies.driving_safety.page import page as driving_safety_page
@@ -33,7 +37,23 @@ PAGES: dict[str, tuple[type[Any], Callable[[Any], str]]] = {
     "error_models": (CheckedModels, error_models_page),
     "identification_real": (RealFramesResult, real_frames_page),
     "patch_signal": (PatchSignals, signal_page),
+    "chapter5_errors": (
+        CostlyErrors,
+        lambda found: costly_errors.page(found, _command(costly_errors)),
+    ),
+    "chapter5_thresholds": (
+        SweptThresholds,
+        lambda found: score_thresholds.page(found, _command(score_thresholds)),
+    ),
+    "telling_measures": (
+        TellingMeasures,
+        lambda found: telling_page.page(found, f"{_command(telling_page)} --figure FILE"),
+    ),
 }
+
+
+def _command(module: ModuleType) -> str:
+    return f"python -m {module.__name__} RUN --markdown FILE"
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -47,12 +67,6 @@ def test_the_page_of_driving_safety_is_that_of_the_result() -> None:
     assert driving_safety_page(result) == _committed("driving_safety")
 
 
-def test_the_page_of_costly_errors_is_that_of_the_result() -> None:
-    result = json.loads((ROOT / RESULTS / "chapter5_errors.json").read_text())
-    command = "python -m studies.chapter5.costly_errors RUN --markdown FILE"
-    assert costly_errors.page(result, command) == _committed("chapter5_errors")
-
-
 def test_the_page_of_detectors_is_that_of_the_results() -> None:
     assert detectors_page(read_results(ROOT / RESULTS)) == _committed("detectors")
 
@@ -64,6 +78,7 @@ def test_the_page_of_detectors_is_that_of_the_results() -> None:
         ("other_pairs", OtherPairs),
         ("patch_signal", PatchSignals),
         ("shipped_fits", JudgedFits),
+        ("telling_measures", TellingMeasures),
     ],
 )
 def test_a_result_that_was_read_is_written_as_it_was(name: str, kind: type[Any]) -> None:

@@ -14,14 +14,13 @@ from avsec_gym.attacks.patch_ghosts import ghost_box
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
-from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import run_episode
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.corrected_episodes import AS_FOUND, CORRECTED, EVERYTHING, corrected_rows
-from studies.chapter5.costly_errors import page
+from studies.chapter5.costly_errors import CostlyErrors, page
 from studies.chapter5.headroom import NOTHING, TRUTH, headroom_rows
 
 CLEAN = Condition("dsgn")
@@ -113,8 +112,6 @@ def test_the_page_names_all(made: ModuleType) -> None:
     outcomes, scenes = made.outcomes(results, NAMES), scenes_with(made.car())
     errors = corrected_rows(outcomes, scenes, Motion.STATIC, 0.3)
     headroom = headroom_rows(scenes, NAMES, Motion.STATIC, 0)
-    found = {"scenarios": 2, "headroom": headroom, "errors": errors}
-    found = {key: as_json(value) for key, value in found.items()}
-    text = page(found, "command")
+    text = page(CostlyErrors(2, headroom, errors), "command")
     assert "the truth and a random patch’s ghost" in text
     assert "| DSGN | unattacked | " in text

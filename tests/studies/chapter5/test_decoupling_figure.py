@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -11,9 +12,11 @@ from PIL import Image
 
 from avsec_gym.experiments.chapter5.decoupling import decoupling
 from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.metrics.safety import SafetyRates
 from studies.chapter5.decoupling_figure import main
-from studies.chapter5.headroom import NOTHING, TRUTH
+from studies.chapter5.headroom import NOTHING, TRUTH, HeadroomRow
 
 
 @pytest.mark.parametrize("detectors", [("dsgn",), ("dsgn", "stereo_rcnn")])
@@ -27,12 +30,13 @@ def test_the_figure_is_drawn_of_stored_json(
             lost = names[: int(3 * n)]
             results.add(Condition(detector, "thesis_pgd-1", n), names, lost=lost, unsafe=lost[:2])
     report = {"decoupling": as_json(decoupling(made.outcomes(results, names)))}
+    of_all = SafetyRates.of([made.record(name, "left") for name in names])
     headroom = [
-        {"seen": TRUTH, "safe_driving_rate": 1.0},
-        {"seen": NOTHING, "safe_driving_rate": 0.8},
+        HeadroomRow(TRUTH, of_all, Estimate(0.0), {}),
+        HeadroomRow(NOTHING, replace(of_all, collisions=3), Estimate(-25.0), {}),
     ]
     (tmp_path / "report.json").write_text(json.dumps(report))
-    (tmp_path / "errors.json").write_text(json.dumps({"headroom": headroom}))
+    (tmp_path / "errors.json").write_text(json.dumps({"headroom": as_json(headroom)}))
     picture = tmp_path / "figure.png"
     files = (str(tmp_path / "report.json"), str(tmp_path / "errors.json"))
     assert main([*files, "--figure", str(picture)]) == 0

@@ -6,9 +6,9 @@ from types import ModuleType, SimpleNamespace
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition
-from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.scenario.scene import Motion, Scene
-from studies.chapter5.score_thresholds import page, threshold_rows
+from studies.chapter5.score_thresholds import SweptThresholds, page, threshold_rows
 
 CLEAN, PATCH = Condition("dsgn"), Condition("dsgn", "patch-random")
 GHOST = Boxes3D([[0.0, 1.65, 9.0]], [[1.5, 3.4, 6.0]], [-1.57], [0.4], ["Car"])
@@ -34,6 +34,8 @@ def test_a_ghost_blocks_the_lane_until_the_threshold_is_above_its_score(made: Mo
     assert safe["patch-random", 0.95] == safe["unattacked", 0.95] == 1.0
     assert safe["patch-random", 0.3] < safe["unattacked", 0.3]
     assert progress == [(1, 2), (2, 2)]
-    text = page({"scenarios": 2, "rows": as_json(rows)}, "command")
+    swept = row_of(SweptThresholds, row_json(SweptThresholds(2, rows)))
+    assert [row.condition for row in swept.rows] == [row.condition for row in rows]
+    text = page(swept, "command")
     assert "random patch" in text
     assert "| 100.0 |" in text

@@ -12,7 +12,7 @@ from scipy.stats import spearmanr
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
-from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.case_measures import (
     CARS_FOUND,
@@ -35,7 +35,7 @@ from studies.chapter5.telling_measures import (
     compared_attacks,
     telling_rows,
 )
-from studies.chapter5.telling_page import page
+from studies.chapter5.telling_page import TellingMeasures, page
 
 CLEAN = Condition("dsgn")
 ATTACKS = tuple(Condition("dsgn", "thesis_pgd-1", float(n)) for n in (1, 2, 3, 4))
@@ -190,15 +190,14 @@ def test_a_case_by_hand(made: ModuleType, seen: str, expected: dict[str, float])
 
 def test_page_and_picture_are_made_of_the_rows(made: ModuleType, tmp_path: Path) -> None:
     outcomes, cases = measured(made)
-    found = {
-        "scenarios": len(outcomes.scenarios),
-        "measures": as_json(telling_rows(outcomes, cases)),
-        "flips": as_json(flip_rows(outcomes, cases)),
-    }
-    found = json.loads(json.dumps(found, allow_nan=False))
+    result = TellingMeasures(
+        len(outcomes.scenarios), telling_rows(outcomes, cases), flip_rows(outcomes, cases)
+    )
+    found = row_of(TellingMeasures, json.loads(json.dumps(row_json(result), allow_nan=False)))
+    assert found.measures[0] == result.measures[0]
     text = page(found, "command")
     assert "| cars in reach found | DSGN | all | 4 | 1.00 (" in text
     assert "| DSGN | perturbations | 30 in 4 scenes, 120 | 1.00 (" in text
     path = tmp_path / "telling.png"
-    draw_telling(found["measures"], found["flips"], path)
+    draw_telling(found.measures, found.flips, path)
     assert path.read_bytes().startswith(b"\x89PNG")
