@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
 
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.thesis import NAMES, SAFE_DRIVING_WITH_GROUND_TRUTH, SAFETY
+from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import WITHOUT_CARS
-from studies.driving_safety.rows import DifferenceRow, DrivingSafetyResults, Rate, RatesRow
+from studies.driving_safety.rows import DifferenceRow, DrivingSafetyResults, RatesRow, VariantRow
 
 _RATES = ("success", "collision", "safe driving", "swept collision")
+_THREE = ("success_rate", "collision_rate", "safe_driving_rate")
 _NAMES = {Algorithm.ASTAR: "A*", Algorithm.GBFS: "GBFS"}
 
+K = TypeVar("K")
 
-def page(measured: Mapping[str, Any]) -> str:
-    """The results as Markdown.
 
-    Args:
-        measured: The result of `report`, as JSON has it.
-    """
-    results = DrivingSafetyResults.of(measured)
+def page(results: DrivingSafetyResults) -> str:
+    """The results as Markdown."""
     lines = [
         "# Driving safety on the labelled scenarios of KITTI",
         "",
@@ -47,14 +47,14 @@ def page(measured: Mapping[str, Any]) -> str:
         "",
         *markdown_table(
             ["planner", "intention", "success", "collision", "safe driving"],
-            [[*_head(row), *_three(row)] for row in results.drawn_start_speeds],
+            [[*_head(row), *_three(row.rates)] for row in results.drawn_start_speeds],
         ),
         "",
         *_detector(results),
         *_beside_truth(results),
         "### Score thresholds (A*, safe driving)",
         "",
-        *_sweep_table(results.sweep),
+        *_sweep_table(_grouped((each.score_threshold, each.row) for each in results.sweep)),
         "",
         "## Remarks on the data",
         "",
@@ -73,7 +73,7 @@ def _ground_truth(truth: Sequence[RatesRow]) -> list[str]:
             [
                 [
                     *_head(row),
-                    *_four(row),
+                    *_four(row.rates),
                     _of_thesis(row.planner, row.intention),
                 ]
                 for row in truth
@@ -89,9 +89,9 @@ def _ground_truth(truth: Sequence[RatesRow]) -> list[str]:
             [
                 [
                     *_head(row),
-                    f"{row.mean_travel_time:.2f}",
-                    f"{row.mean_path_length:.1f}",
-                    f"{row.mean_sm1_cost:.0f}",
+                    f"{row.rates.mean_travel_time:.2f}",
+                    f"{row.rates.mean_path_length:.1f}",
+                    f"{row.rates.mean_sm1_cost:.0f}",
                 ]
                 for row in truth
             ],
@@ -111,7 +111,7 @@ def _ground_truth(truth: Sequence[RatesRow]) -> list[str]:
 
 def _less_known(results: DrivingSafetyResults) -> list[str]:
     """The rates by group, and those without knowledge of the motion."""
-    seeds = results.speeds_of_others
+    seeds = [each.seed for each in results.speeds_of_others]
     return [
         "### By group of scenarios (A*, safe driving)",
         "",
@@ -123,19 +123,22 @@ def _less_known(results: DrivingSafetyResults) -> list[str]:
         "",
         *markdown_table(
             ["planner", "intention", "success", "collision", "safe driving"],
-            [[*_head(row), *_three(row)] for row in results.motion_unknown],
+            [[*_head(row), *_three(row.rates)] for row in results.motion_unknown],
         ),
         "",
         "The speeds of the moving objects are drawn from a seed. The safe driving rate of A* over"
-        f" the seeds {min(seeds)} to {max(seeds)}: " + _spread(seeds) + ".",
+        f" the seeds {min(seeds)} to {max(seeds)}: "
+        + _spread([each.row for each in results.speeds_of_others])
+        + ".",
         "",
     ]
 
 
-def _towards_the_thesis(planners: Mapping[str, Sequence[RatesRow]]) -> list[str]:
+def _towards_the_thesis(planners: Sequence[VariantRow]) -> list[str]:
     """The rates with planners that are, step by step, more like the authors'."""
     rows = [
-        [variant, *(_rate(row.safe_driving) for row in rows)] for variant, rows in planners.items()
+        [variant, *(_safe_driving(row.rates) for row in own)]
+        for variant, own in _grouped((each.variant, each.row) for each in planners).items()
     ]
     rows.append(["thesis", *(_of_thesis(Algorithm.ASTAR, intention) for intention in Intention)])
     return [
@@ -171,7 +174,7 @@ def _detector(results: DrivingSafetyResults) -> list[str]:
             [
                 [
                     row.intention,
-                    *_four(row),
+                    *_four(row.rates),
                     *(
                         f"{100 * SAFETY[detector, 'unattacked', row.intention].safe:.1f}"
                         for detector in NAMES
@@ -205,9 +208,9 @@ def _beside_truth(results: DrivingSafetyResults) -> list[str]:
             [
                 [
                     *_head(row),
-                    *_three(row),
-                    str(row.became_unsafe),
-                    str(row.became_safe),
+                    *(_rate(getattr(row.paired, rate)) for rate in _THREE),
+                    str(row.paired.became_unsafe),
+                    str(row.paired.became_safe),
                     "–" if row.mcnemar_p_holm is None else f"{row.mcnemar_p_holm:.1e}",
                 ]
                 for row in results.differences
@@ -227,7 +230,7 @@ def _beside_truth(results: DrivingSafetyResults) -> list[str]:
         *markdown_table(
             ["intention", "success", "collision", "safe driving"],
             [
-                [row.intention, *_three(row)]
+                [row.intention, *_three(row.rates)]
                 for row in results.detections_motion_known
                 if row.planner == Algorithm.ASTAR
             ],
@@ -240,17 +243,28 @@ def _head(row: RatesRow | DifferenceRow) -> list[str]:
     return [_NAMES[row.planner], row.intention]
 
 
-def _three(row: RatesRow | DifferenceRow) -> list[str]:
-    return [_rate(rate) for rate in (row.success, row.collision, row.safe_driving)]
+def _three(rates: SafetyRates) -> list[str]:
+    columns = rates.to_json()
+    return [_rate(Estimate.of_columns(rate, columns)) for rate in _THREE]
 
 
-def _four(row: RatesRow) -> list[str]:
-    return [*_three(row), _rate(row.swept_collision)]
+def _four(rates: SafetyRates) -> list[str]:
+    swept = Estimate.of_columns("swept_collision_rate", rates.to_json())
+    return [*_three(rates), _rate(swept)]
+
+
+def _safe_driving(rates: SafetyRates) -> str:
+    return _three(rates)[-1]
 
 
 def _swept_remark(rows: Sequence[RatesRow]) -> str:
-    planned = sum(row.planned for row in rows)
-    between = sum(row.swept_collisions - row.collisions for row in rows)
+    rates = [row.rates for row in rows]
+    planned = sum(each.planned for each in rates)
+    between = sum(
+        each.swept_collisions - each.collisions
+        for each in rates
+        if each.swept_collisions is not None
+    )
     return (
         "*Collision* is the thesis' check: at every time step of 0.1 s. *Swept collision* also"
         " counts what is touched between two steps, where the vehicle and the objects move on"
@@ -259,7 +273,7 @@ def _swept_remark(rows: Sequence[RatesRow]) -> str:
     )
 
 
-def _rate(rate: Rate) -> str:
+def _rate(rate: Estimate) -> str:
     if rate.value is None or rate.interval is None:
         return UNKNOWN
     low, high = rate.interval
@@ -267,39 +281,45 @@ def _rate(rate: Rate) -> str:
 
 
 def _reasons(row: RatesRow) -> str:
-    words = (f"{name.replace('_', ' ')} {count}" for name, count in row.failures.items())
+    words = (f"{name.replace('_', ' ')} {count}" for name, count in row.rates.failures.items())
     return ", ".join(words) or "–"
 
 
 def _group_table(results: DrivingSafetyResults) -> list[str]:
     def cells(rows: Sequence[RatesRow]) -> list[str]:
-        return [_rate(row.safe_driving) for row in rows if row.planner == Algorithm.ASTAR]
+        return [_safe_driving(row.rates) for row in rows if row.planner == Algorithm.ASTAR]
 
-    rows = [[group, str(rows[0].scenarios), *cells(rows)] for group, rows in results.groups.items()]
+    rows = [
+        [group, str(rows[0].rates.scenarios), *cells(rows)]
+        for group, rows in results.groups.items()
+    ]
     kept = results.without_scenes_without_cars
-    rows.append([f"all but {WITHOUT_CARS}", str(kept[0].scenarios), *cells(kept)])
+    rows.append([f"all but {WITHOUT_CARS}", str(kept[0].rates.scenarios), *cells(kept)])
     return markdown_table(["group", "scenarios", *map(str, Intention)], rows)
 
 
-def _spread(by_seed: Mapping[int, Sequence[RatesRow]]) -> str:
+def _spread(rows: Sequence[RatesRow]) -> str:
     parts = []
     for intention in Intention:
-        rates = [
-            100 * row.safe_driving.value
-            for rows in by_seed.values()
-            for row in rows
-            if row.intention == intention and row.safe_driving.value is not None
-        ]
-        parts.append(f"{intention} {min(rates):.1f} to {max(rates):.1f}")
+        own = [100 * row.rates.safe_driving_rate for row in rows if row.intention == intention]
+        parts.append(f"{intention} {min(own):.1f} to {max(own):.1f}")
     return ", ".join(parts)
 
 
 def _sweep_table(sweep: Mapping[float, Sequence[RatesRow]]) -> list[str]:
     rows = [
-        [f"{threshold:.2f}", *(_rate(row.safe_driving) for row in rows)]
+        [f"{threshold:.2f}", *(_safe_driving(row.rates) for row in rows)]
         for threshold, rows in sweep.items()
     ]
     return markdown_table(["scores from", *map(str, Intention)], rows)
+
+
+def _grouped(rows: Iterable[tuple[K, RatesRow]]) -> dict[K, list[RatesRow]]:
+    """The rows by what stands beside them, in the order in which that comes."""
+    found: dict[K, list[RatesRow]] = {}
+    for key, row in rows:
+        found.setdefault(key, []).append(row)
+    return found
 
 
 def _of_thesis(planner: Algorithm, intention: Intention) -> str:

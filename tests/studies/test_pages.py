@@ -23,6 +23,7 @@ from studies.chapter5.telling_page import TellingMeasures
 from studies.driving_safety.error_models.page import error_models_page
 from studies.driving_safety.error_models.result import CheckedModels
 from studies.driving_safety.page import page as driving_safety_page
+from studies.driving_safety.rows import DrivingSafetyResults
 from studies.index import without_remark
 from studies.perception.page import page as detectors_page
 from studies.perception.page import read_results
@@ -64,7 +65,7 @@ def test_the_page_is_that_of_the_result(name: str) -> None:
 
 def test_the_page_of_driving_safety_is_that_of_the_result() -> None:
     result = json.loads((ROOT / RESULTS / "driving_safety.json").read_text())
-    assert driving_safety_page(result) == _committed("driving_safety")
+    assert driving_safety_page(DrivingSafetyResults.of(result)) == _committed("driving_safety")
 
 
 def test_the_page_of_detectors_is_that_of_the_results() -> None:
