@@ -11,6 +11,7 @@ from typing import Any
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.runs.catalogue import attribute, experiment, importable_experiments
+from avsec_gym.runs.manifest import Sitting
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Answer, Findings, FindingsMaker, ReportRequest, Section
 
@@ -158,7 +159,7 @@ def _run(run: RunFolder, known: Sequence[str]) -> dict[str, Any]:
                 name: {"cells": len(attacks[name]), "seconds": sum(attacks[name])}
                 for name in sorted(attacks, key=lambda one: (places.get(one, len(places)), one))
             },
-            "wall": sum(_seconds(sitting) or 0.0 for sitting in manifest["sittings"]),
+            "wall": sum(_seconds(sitting) for sitting in manifest["sittings"]),
         },
     }
 
@@ -176,9 +177,9 @@ def _other_rates(run: RunFolder, reported: set[str]) -> list[dict[str, Any]]:
     ]
 
 
-def _seconds(sitting: dict[str, Any]) -> float | None:
-    """None while it goes on, or where it was killed."""
+def _seconds(sitting: Sitting) -> float:
+    """0 while it goes on, or where it was killed."""
     if sitting["ended"] is None:
-        return None
-    begun, ended = (datetime.fromisoformat(sitting[name]) for name in ("started", "ended"))
+        return 0.0
+    begun, ended = map(datetime.fromisoformat, (sitting["started"], sitting["ended"]))
     return (ended - begun).total_seconds()

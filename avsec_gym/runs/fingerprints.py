@@ -7,7 +7,7 @@ import os
 import platform
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import avsec_gym
 from avsec_gym import registry
@@ -67,7 +67,19 @@ def package_fingerprint() -> str:
     return digest.hexdigest()[:16]
 
 
-def environment() -> dict[str, Any]:
+class Environment(TypedDict):
+    """What the results of a sitting may hang on, beside the run's own arguments."""
+
+    versions: dict[str, str]
+    """Of this package, of libraries and of plug-ins."""
+    sources: str
+    """See `package_fingerprint`."""
+    python: str
+    platform: str
+    processors: int | None
+
+
+def environment() -> Environment:
     """Versions and machine; nothing is imported for it."""
     versions = {"avsec-gym": avsec_gym.__version__}
     for name in _LIBRARIES:

@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, cast
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.runs.experiment import Configuration, Experiment
-from avsec_gym.runs.fingerprints import fingerprint
+from avsec_gym.runs.fingerprints import Environment, fingerprint
 from avsec_gym.runs.renamed import EXPERIMENTS, PARTS, with_new_names
 from avsec_gym.storage.atomic_write import write_bytes
-from avsec_gym.storage.json_fields import fits, fitting_fields
+from avsec_gym.storage.json_fields import check_fields, fitting_fields
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.regular_files import is_there
 
@@ -26,29 +26,62 @@ _LOG = logging.getLogger(__name__)
 _FORMAT_OF_OLD_NAMES, _FORMAT = 1, 2
 _TRACKED = {"sources": "the sources", "versions": "the libraries", "python": "Python"}
 _KIND = "avsec run"
-_CONTENT: dict[str, Any] = {
-    "started": str,
-    "configuration": dict[str, Any],
-    "threads": int,
-    "experiments": dict[str, dict[str, str | None]],
-    "inputs": dict[str, dict[str, str]],
-    "sittings": list[dict[str, Any]],
-}
-_SITTING: dict[str, Any] = {
-    "started": str,
-    "ended": str | None,
-    "versions": dict[str, str],
-    "sources": str,
-    "python": str,
-    "platform": str,
-    "processors": int | None,
-}
 _REMEDY = "Name another folder with --out; the same arguments go on with this run."
+
+
+class _Section(TypedDict, total=False):
+    section: str | None
+    """Of runs of this release."""
+
+
+class Asked(_Section):
+    """An experiment of the run, see `Experiment`."""
+
+    question: str
+    thesis: str
+
+
+class Input(TypedDict):
+    """What results depend on, and its hash."""
+
+    path: str
+    sha256: str
+
+
+class _Work(TypedDict, total=False):
+    command: str
+    workers: int
+    backend: str
+    done: int
+    failed: int
+    """Numbers of cells, once it has ended."""
+
+
+class Sitting(Environment, _Work):
+    """A time of work on the run; ``ended`` is None while it goes on, or where it was killed."""
+
+    started: str
+    ended: str | None
+
+
+class Manifest(TypedDict):
+    """The file's content: inputs and experiments by their names, times in UTC."""
+
+    kind: str
+    format: int
+    started: str
+    configuration: dict[str, Any]
+    """Fields of `Configuration`."""
+    threads: int
+    """Of each process."""
+    experiments: dict[str, Asked]
+    inputs: dict[str, Input]
+    sittings: list[Sitting]
 
 
 def new_manifest(
     experiments: Sequence[Experiment], configuration: Configuration, threads: int
-) -> dict[str, Any]:
+) -> Manifest:
     """The manifest of a run that is about to begin; all inputs are read for their hashes.
 
     Raises:
@@ -78,7 +111,7 @@ def new_manifest(
     }
 
 
-def read_manifest(root: Path) -> dict[str, Any] | None:
+def read_manifest(root: Path) -> Manifest | None:
     """A run's manifest, its experiments by their names of today; None where there is none.
 
     Raises:
@@ -87,7 +120,7 @@ def read_manifest(root: Path) -> dict[str, Any] | None:
     path = root / MANIFEST
     if not is_there(path):
         return None
-    manifest = read_json_object(path, remedy="Name another folder.")
+    manifest: Any = read_json_object(path, remedy="Name another folder.")
     if problem := _problem(manifest):
         raise DataError(
             f"This is no manifest of a run: {problem}.", path=path, remedy="Name another folder."
@@ -95,7 +128,7 @@ def read_manifest(root: Path) -> dict[str, Any] | None:
     return _with_new_names(manifest)
 
 
-def _with_new_names(manifest: dict[str, Any]) -> dict[str, Any]:
+def _with_new_names(manifest: Manifest) -> Manifest:
     """The manifest with today's names of experiments, and of parts in the options."""
     options = manifest["configuration"]["options"]
     if manifest["format"] == _FORMAT_OF_OLD_NAMES:
@@ -116,24 +149,12 @@ def _problem(manifest: Mapping[str, Any]) -> str:
     formats = (_FORMAT_OF_OLD_NAMES, _FORMAT)
     if manifest.get("kind") != _KIND or manifest.get("format") not in formats:
         return "it is of another kind, or format"
-    if manifest["format"] is True:  # Which is 1 to Python.
-        return "its format is no number"
-    for name, kind in _CONTENT.items():
-        if name not in manifest:
-            return f"it lacks {name}"
-        if not fits(manifest[name], kind):
-            return f"its {name} {'is' if kind is int or kind is str else 'are'} of another kind"
+    try:
+        check_fields(Manifest, manifest)
+    except ValueError as error:
+        return str(error)
     if not manifest["experiments"] or manifest["threads"] < 1:
         return "it has no experiments, or no threads"
-    for values, names in (
-        (manifest["inputs"].values(), ("path", "sha256")),
-        (manifest["experiments"].values(), ("question", "thesis")),
-    ):
-        if not all(set(names) <= set(value) for value in values):
-            return f"one of its entries lacks {' or '.join(names)}"
-    for sitting in manifest["sittings"]:
-        if not all(name in sitting and fits(sitting[name], _SITTING[name]) for name in _SITTING):
-            return "one of its sittings lacks something, or has it of another kind"
     try:
         for time in (manifest["started"], *_times(manifest["sittings"])):
             if datetime.fromisoformat(time).tzinfo is None:
@@ -152,23 +173,19 @@ def _problem(manifest: Mapping[str, Any]) -> str:
     return ""
 
 
-def _times(sittings: Sequence[Mapping[str, Any]]) -> list[str]:
-    return [
-        sitting[name]
-        for sitting in sittings
-        for name in ("started", "ended")
-        if sitting[name] is not None
-    ]
+def _times(sittings: Sequence[Sitting]) -> list[str]:
+    times = [time for sitting in sittings for time in (sitting["started"], sitting["ended"])]
+    return [time for time in times if time is not None]
 
 
-def write_manifest(root: Path, manifest: Mapping[str, Any]) -> None:
+def write_manifest(root: Path, manifest: Manifest) -> None:
     """Write it, over an earlier one."""
     text = json.dumps(manifest, indent=1, allow_nan=False) + "\n"
     write_bytes(root / MANIFEST, text.encode(), overwrite=True)
 
 
 def check_same_question(
-    root: Path, there: Mapping[str, Any], configuration: Configuration, threads: int
+    root: Path, there: Manifest, configuration: Configuration, threads: int
 ) -> None:
     """Check that what is asked now is what a run was asked; its inputs are not looked at.
 
@@ -187,7 +204,7 @@ def check_same_question(
     _check_same(root, there, {"threads": threads}, "threads")
 
 
-def continued(root: Path, there: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+def continued(root: Path, there: Manifest, asked: Manifest) -> Manifest:
     """The manifest of a run that goes on, perhaps with further experiments.
 
     Args:
@@ -215,17 +232,18 @@ def continued(root: Path, there: Mapping[str, Any], asked: Mapping[str, Any]) ->
     }
 
 
-def begin_sitting(manifest: dict[str, Any], environment: Mapping[str, Any]) -> dict[str, Any]:
+def begin_sitting(manifest: Manifest, environment: Environment) -> Sitting:
     """Note in a manifest that work begins, here and with these versions; returns the note."""
     sittings = manifest["sittings"]
     if sittings:
-        changed = [name for name in _TRACKED if sittings[-1].get(name) != environment[name]]
+        last, today = dict(sittings[-1]), dict(environment)
+        changed = [name for name in _TRACKED if last[name] != today[name]]
         if changed:
             _LOG.warning(
                 "%s changed since this run was last worked on; its rows will be of both",
                 " and ".join(_TRACKED[name] for name in changed),
             )
-    sitting = {"started": now(), "ended": None, **environment}
+    sitting = cast("Sitting", {"started": now(), "ended": None, **environment})
     sittings.append(sitting)
     return sitting
 

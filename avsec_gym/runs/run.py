@@ -10,7 +10,6 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.argument_checks import thread_number
 from avsec_gym.command_line import command_line
@@ -20,6 +19,7 @@ from avsec_gym.runs.experiment import Cell, Configuration, Experiment, with_defa
 from avsec_gym.runs.fingerprints import environment
 from avsec_gym.runs.local_workers import LocalWorkers
 from avsec_gym.runs.manifest import (
+    Manifest,
     begin_sitting,
     check_same_question,
     continued,
@@ -161,7 +161,7 @@ def _manifest(
     cores: Sequence[int],
     workers: int | None,
     threads: int | None,
-) -> dict[str, Any]:
+) -> Manifest:
     """Of the run that begins or goes on, not written yet; all options have values."""
     there = read_manifest(root)
     if there is None:

@@ -15,7 +15,7 @@ from urllib.parse import quote
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.runs.experiment import Configuration
-from avsec_gym.runs.manifest import read_manifest
+from avsec_gym.runs.manifest import Manifest, read_manifest
 from avsec_gym.runs.renamed import check_setting
 from avsec_gym.runs.renamed_rows import show_new_names
 from avsec_gym.runs.run import FIGURES, RESULTS
@@ -40,7 +40,7 @@ class RunFolder:
     """
 
     path: Path
-    manifest: dict[str, Any]
+    manifest: Manifest
 
     @classmethod
     def open(cls, path: str | Path) -> RunFolder:
@@ -81,7 +81,7 @@ class RunFolder:
         """
         import torch
 
-        torch.set_num_threads(int(self.manifest["threads"]))
+        torch.set_num_threads(self.manifest["threads"])
 
     def cells(self, experiment: str | None = None) -> list[dict[str, Any]]:
         """Finished cells, of one experiment or all, with their arguments as dictionaries."""
