@@ -99,4 +99,4 @@ class Report:
 
 def _answer(report: RunReport) -> str:
     answer = [f"{report.answer.word} {report.answer.sentence}"] if report.answer else []
-    return " ".join([*answer, *report.sentences]) or f"{report.data['cells']['done']} cells done"
+    return " ".join([*answer, *report.sentences]) or f"{report.facts.cells.done} cells done"

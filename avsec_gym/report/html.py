@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.drawing.page_table import Table, number
+from avsec_gym.report.run_facts import CellTimes
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.run_report import RunReport
 from avsec_gym.report.run_tables import other_table, time_table
@@ -23,22 +24,23 @@ def html_page(report: RunReport) -> str:
         report: Facts of the run and the sections of its experiments.
     """
     environment = page_environment()
-    data = report.data
-    sections = [*report.sections, *_other(data)]
+    run, sections = report.facts, [*report.sections]
+    if report.other:
+        sections.append(Section("other", "Other settings", parts=[other_table(report.other)]))
     shown: dict[str, Any] = {
-        "question": data["question"],
-        "run": data["manifest"],
-        "failures": data["failures"],
+        "question": run.question,
+        "run": run.manifest,
+        "failures": run.failures,
         "extent": report.extent,
         "remarks": remarks(report),
         "answer": report.answer,
         "sections": sections,
         "links": [(section.id, section.link or section.title) for section in sections]
         + [("run", "The run")],
-        "facts": facts(data),
-        "inputs": inputs(data),
-        "bars": _bars(data),
-        "time": time_table(data, report.attack_names),
+        "facts": facts(run),
+        "inputs": inputs(run),
+        "bars": _bars(run.timings.parts),
+        "time": time_table(run.timings.attacks, report.attack_names),
         "css": joined(environment, "report.css", (found.style for found in report.findings)),
         "js": joined(environment, "report.js", (found.script for found in report.findings)),
     }
@@ -71,13 +73,6 @@ def joined(environment: Environment, name: str, own: Iterable[str] = ()) -> Mark
     return Markup("\n".join(dict.fromkeys([source, *(text for text in own if text)])))
 
 
-def _other(data: Mapping[str, Any]) -> list[Section]:
-    """Rates that no experiment reports; none if they all do."""
-    if not data["other"]:
-        return []
-    return [Section("other", "Other settings", parts=[other_table(data["other"])])]
-
-
 def _kind(part: SectionPart) -> str:
     """How the template shows a part of a section."""
     if isinstance(part, Table):
@@ -85,17 +80,15 @@ def _kind(part: SectionPart) -> str:
     return "figure" if isinstance(part, Figure) else "html"
 
 
-def _bars(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
+def _bars(parts: Mapping[str, CellTimes]) -> list[tuple[str, int, str]]:
     """Of each part: its name, share of the longest in percent, and what it took."""
-    parts = data["timings"]["parts"]
-    longest = max((part["seconds"] for part in parts.values()), default=0.0)
-    order = sorted(parts, key=lambda name: -parts[name]["seconds"])
+    longest = max((times.seconds for times in parts.values()), default=0.0)
     return [
         (
             name,
-            round(100 * parts[name]["seconds"] / longest) if longest else 0,
-            f"{number(parts[name]['seconds'] / 60)} min,"
-            f" {number(parts[name]['seconds'] / parts[name]['cells'], digits=2)} s a cell",
+            round(100 * times.seconds / longest) if longest else 0,
+            f"{number(times.seconds / 60)} min,"
+            f" {number(times.seconds / times.cells, digits=2)} s a cell",
         )
-        for name in order
+        for name, times in sorted(parts.items(), key=lambda part: -part[1].seconds)
     ]

@@ -19,7 +19,7 @@ def markdown_page(report: RunReport, command: str = "avsec report RUN --markdown
         report: Facts of the run and the sections of its experiments.
         command: The command that made the text.
     """
-    lines = [f"# {report.data['question']}"]
+    lines = [f"# {report.facts.question}"]
     if remarks_of_run := remarks(report):
         lines += ["", *(f"> {remark}" for remark in remarks_of_run)]
     lines += _answer(report)
@@ -31,8 +31,8 @@ def markdown_page(report: RunReport, command: str = "avsec report RUN --markdown
     for table in _tables(report):
         lines += [f"## {table.title}", "", *_table(table), ""]
         lines += [table.note, ""] if table.note else []
-    known = [(term, text) for term, text in facts(report.data) if term not in _LEFT_OUT]
-    known += [(name, f"`{digest[:16]}`") for name, digest in inputs(report.data)]
+    known = [(term, text) for term, text in facts(report.facts) if term not in _LEFT_OUT]
+    known += [(name, f"`{digest[:16]}`") for name, digest in inputs(report.facts)]
     lines += [
         "## The run",
         "",
@@ -59,7 +59,10 @@ def _answer(report: RunReport) -> list[str]:
 
 def _tables(report: RunReport) -> list[Table]:
     tables = [table for section in report.sections for table in section.tables]
-    tables += [other_table(report.data["other"]), time_table(report.data, report.attack_names)]
+    tables += [
+        other_table(report.other),
+        time_table(report.facts.timings.attacks, report.attack_names),
+    ]
     return [table for table in tables if table.rows]
 
 

@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import asdict
 
+from avsec_gym.report.run_facts import RunFacts
 from avsec_gym.report.run_report import RunReport
-
-Data = Mapping[str, Any]
 
 
 def remarks(report: RunReport) -> list[str]:
     """What is to be said before everything else; nothing for a run that lacks nothing."""
-    cells, result = report.data["cells"], []
-    whole = cells["done"] + cells["failed"] + cells["missing"]
-    if cells["missing"]:
+    cells, result = report.facts.cells, []
+    whole = cells.done + cells.failed + cells.missing
+    if cells.missing:
         result.append(
-            f"This run is not finished: {cells['missing']:,} of {whole:,} cells are missing."
+            f"This run is not finished: {cells.missing:,} of {whole:,} cells are missing."
         )
-    if cells["failed"]:
+    if cells.failed:
         result.append(
-            f"{cells['failed']:,} of {whole:,} cells failed; the end of this page lists the errors."
+            f"{cells.failed:,} of {whole:,} cells failed; the end of this page lists the errors."
         )
     return result + [remark for found in report.findings for remark in found.remarks]
 
 
-def facts(data: Data) -> list[tuple[str, str]]:
+def facts(run: RunFacts) -> list[tuple[str, str]]:
     """What was run, of what, by what."""
-    manifest, cells = data["manifest"], data["cells"]
+    manifest, cells = run.manifest, asdict(run.cells)
     asked = manifest["configuration"]
     given = {name: value for name, value in asked["options"].items() if value not in ("", None)}
     first = f", the first {asked['limit']:,}" if asked["limit"] else ""
@@ -54,12 +52,11 @@ def facts(data: Data) -> list[tuple[str, str]]:
             ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),
             ("sources", ", ".join(dict.fromkeys(sitting["sources"] for sitting in sittings))),
         ]
-    wall = data["timings"]["wall"]
-    if wall:
+    if wall := run.timings.wall:
         found.append(("took", f"{wall / 60:,.1f} minutes in sittings that were not cut short"))
     return found
 
 
-def inputs(data: Data) -> list[tuple[str, str]]:
+def inputs(run: RunFacts) -> list[tuple[str, str]]:
     """Weights, patches and data: name, and SHA-256."""
-    return [(name, source["sha256"]) for name, source in data["manifest"]["inputs"].items()]
+    return [(name, source["sha256"]) for name, source in run.manifest["inputs"].items()]

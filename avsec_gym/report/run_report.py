@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from datetime import datetime
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.report.run_facts import OtherRates, RunFacts, other_rates, run_facts
 from avsec_gym.runs.catalogue import attribute, experiment, importable_experiments
-from avsec_gym.runs.manifest import Sitting
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Answer, Findings, FindingsMaker, ReportRequest, Section
 
@@ -24,13 +22,23 @@ class RunReport:
     """What pages, texts and JSON are made of.
 
     Args:
-        data: All figures, as JSON.
+        facts: Facts of the run itself.
         findings: What each experiment finds, in the order of the catalogue, experiments of others
             last.
+        other: Rates under settings that no experiment reports.
     """
 
-    data: Mapping[str, Any]
+    facts: RunFacts
     findings: Sequence[Findings] = ()
+    other: Sequence[OtherRates] = ()
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """All figures, as JSON."""
+        data = self.facts.to_json()
+        for found in self.findings:
+            data |= found.data
+        return {**data, _OTHER: [rates.to_json() for rates in self.other]}
 
     @property
     def sections(self) -> list[Section]:
@@ -60,7 +68,7 @@ class RunReport:
     @property
     def attack_names(self) -> dict[str, str]:
         """What attacks are called, in the order of tables."""
-        return {key: words for found in self.findings for key, words in found.attack_names.items()}
+        return _attack_names(self.findings)
 
 
 def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunReport:
@@ -93,13 +101,13 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
     _check_names(findings)
     own = next(iter(run.manifest["experiments"].values()))["question"]
     question = next((found.question for found in findings if found.question), own)
-    data = {"question": question, **_run(run, list(RunReport({}, findings).attack_names))}
-    for found in findings:
-        if taken := {*data, _OTHER} & found.data.keys():
-            raise ConfigurationError(f"two experiments give figures the name {min(taken)}")
-        data |= found.data
+    facts = run_facts(run, question, list(_attack_names(findings)))
     reported = {setting for found in findings for setting in found.settings}
-    return RunReport({**data, _OTHER: _other_rates(run, reported)}, findings)
+    return RunReport(facts, findings, other_rates(run, reported))
+
+
+def _attack_names(findings: Sequence[Findings]) -> dict[str, str]:
+    return {key: words for found in findings for key, words in found.attack_names.items()}
 
 
 def _unasked(run: RunFolder, places: Sequence[str]) -> list[str]:
@@ -124,62 +132,7 @@ def _check_names(findings: Sequence[Findings]) -> None:
     ids = Counter([_OTHER, _RUN, *(section.id for found in findings for section in found.sections)])
     if twice := [name for name, count in ids.items() if count > 1]:
         raise ConfigurationError(f"two sections of the report have the id {twice[0]}")
-
-
-def _run(run: RunFolder, known: Sequence[str]) -> dict[str, Any]:
-    """What was asked, what is done, what failed, how long it took.
-
-    Args:
-        run: The run.
-        known: Attacks in the order of tables; others come after them.
-    """
-    cells, manifest = run.cells(), run.manifest
-    failures = [cell for cell in cells if cell["status"] == "failed"]
-    attacks: dict[str, list[float]] = {}
-    for cell in cells:
-        if cell["status"] == "done" and "attack" in cell["arguments"]:
-            attacks.setdefault(cell["arguments"]["attack"], []).append(cell["seconds"])
-    counts = Counter(str(cell["error"]) for cell in failures)
-    examples = {str(cell["error"]): cell["arguments"] for cell in reversed(failures)}
-    places = {attack: place for place, attack in enumerate(known)}
-    return {
-        "manifest": {**manifest, "folder": run.path.resolve().name},
-        "cells": {
-            "done": len(cells) - len(failures),
-            "failed": len(failures),
-            "missing": run.missing(),
-        },
-        "failures": [
-            {"error": error, "cells": count, "example": examples[error]}
-            for error, count in counts.most_common()
-        ],
-        "timings": {
-            "parts": run.timings(),
-            "attacks": {
-                name: {"cells": len(attacks[name]), "seconds": sum(attacks[name])}
-                for name in sorted(attacks, key=lambda one: (places.get(one, len(places)), one))
-            },
-            "wall": sum(_seconds(sitting) for sitting in manifest["sittings"]),
-        },
-    }
-
-
-def _other_rates(run: RunFolder, reported: set[str]) -> list[dict[str, Any]]:
-    """Rates under settings that no experiment reports."""
-    return [
-        {
-            "setting": name,
-            "strength": strength,
-            **SafetyRates.of(run.records(setting=name, strength=strength)).to_json(),
-        }
-        for name, strength in run.settings()
-        if name not in reported and run.drives(setting=name, strength=strength)
-    ]
-
-
-def _seconds(sitting: Sitting) -> float:
-    """0 while it goes on, or where it was killed."""
-    if sitting["ended"] is None:
-        return 0.0
-    begun, ended = map(datetime.fromisoformat, (sitting["started"], sitting["ended"]))
-    return (ended - begun).total_seconds()
+    own = [_OTHER, *(field.name for field in fields(RunFacts))]
+    figures = Counter([*own, *(name for found in findings for name in found.data)])
+    if twice := [name for name, count in figures.items() if count > 1]:
+        raise ConfigurationError(f"two experiments give figures the name {min(twice)}")

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from avsec_gym.drawing.page_table import Table, TableCell, figure, name, number
+from avsec_gym.report.run_facts import CellTimes, OtherRates
 
-Rows = Sequence[Mapping[str, Any]]
 
-
-def time_table(data: Mapping[str, Any], attack_names: Mapping[str, str]) -> Table:
+def time_table(attacks: Mapping[str, CellTimes], attack_names: Mapping[str, str]) -> Table:
     """Where the time goes, by attack.
 
     Args:
-        data: The report's figures.
+        attacks: Times by attack.
         attack_names: What attacks are called; others are called as in the cells.
     """
     lines = [
         [
             name(attack_names.get(attack, attack)),
-            _count(row["cells"]),
-            figure(row["seconds"] / max(row["cells"], 1), digits=2),
-            figure(row["seconds"] / 60, digits=1),
+            _count(times.cells),
+            figure(times.seconds / max(times.cells, 1), digits=2),
+            figure(times.seconds / 60, digits=1),
         ]
-        for attack, row in data["timings"]["attacks"].items()
+        for attack, times in attacks.items()
     ]
     return Table(
         "Time by attack",
@@ -34,18 +32,20 @@ def time_table(data: Mapping[str, Any], attack_names: Mapping[str, str]) -> Tabl
     )
 
 
-def other_table(rows: Rows) -> Table:
+def other_table(rows: Sequence[OtherRates]) -> Table:
     """Rates under settings that no experiment reports."""
     rates = ("success_rate", "collision_rate", "safe_driving_rate")
-    lines = [
-        [
-            name(row["setting"]),
-            figure(row["strength"], digits=1),
-            _count(row["scenarios"]),
-            *(figure(row[rate], row[f"{rate}_interval"], scale=100) for rate in rates),
-        ]
-        for row in rows
-    ]
+    lines = []
+    for row in rows:
+        columns = row.rates.to_json()
+        lines.append(
+            [
+                name(row.setting),
+                figure(row.strength, digits=1),
+                _count(row.rates.scenarios),
+                *(figure(columns[rate], columns[f"{rate}_interval"], scale=100) for rate in rates),
+            ]
+        )
     return Table(
         "Other settings, %",
         ["setting", "strength", "drives", "success", "collision", "safe driving"],

@@ -27,6 +27,7 @@ from avsec_gym.experiments.chapter3.objects.section import optical_section
 from avsec_gym.experiments.chapter3.objects.tables import OpticalSummaries
 from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.report.html import html_page
+from avsec_gym.report.run_facts import OtherRates, RunFacts
 from avsec_gym.report.run_report import RunReport, run_report
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, Section
@@ -89,9 +90,11 @@ def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Cal
             return html_page(run_report(torso))
         if name == "other":
             base = json.loads((RESULTS / "five_sensors.json").read_text())
-            safety = run_report(torso).data["safety"]
-            other = [{**row, "setting": "mine"} for row in safety]
-            return html_page(RunReport({**base, "other": other}))
+            other = [
+                row_of(OtherRates, {**row, "setting": "mine"})
+                for row in run_report(torso).data["safety"]
+            ]
+            return html_page(RunReport(row_of(RunFacts, base), other=other))
         report = json.loads((RESULTS / f"{name}.json").read_text())
         sections = [of(report[part]) for part, of in SECTIONS.items() if report.get(part)]
         if any(report.get(part) for part in ("baseline", "impact", "believed", "sensitivity")):
@@ -104,7 +107,7 @@ def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Cal
             sections = [
                 localisation_section(row_of(LocalisationSummary, report["localisation"]), [repair])
             ]
-        return html_page(RunReport(report, [Findings(sections)]))
+        return html_page(RunReport(row_of(RunFacts, report), [Findings(sections)]))
 
     return of
 

@@ -170,7 +170,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> RunReport:
 
 def shown(report: RunReport, summaries: OpticalSummaries) -> RunReport:
     """The report with a section of other figures."""
-    return RunReport(report.data, [Findings([optical_section(summaries)])])
+    return RunReport(report.facts, [Findings([optical_section(summaries)])])
 
 
 def test_mismatches_raise_alarms(report: RunReport) -> None:
