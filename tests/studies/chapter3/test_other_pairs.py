@@ -10,6 +10,7 @@ import pytest
 
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.recordings import raw_recordings
@@ -65,17 +66,17 @@ def test_pairs_are_told_apart(tmp_path: Path, walls: ModuleType) -> None:
     usual = recordings.frames[0].frame().calibration.baseline(LEFT, RIGHT)
     rows = found_by_pairs(recordings, OfOneBaseline(usual), 0.5)
     first, *others = rows
-    assert (first["left"], first["right"], first["baseline"]) == (LEFT, RIGHT, 1.0)
-    assert first["found"]["count"] == first["found"]["of"] == 4
-    assert first["distance"] == pytest.approx({"median": 1.0, "from": 1.0, "to": 1.0})
+    assert (first.left, first.right, first.baseline) == (LEFT, RIGHT, 1.0)
+    assert first.found.count == first.found.of == 4
+    assert row_json(first.distance) == pytest.approx({"median": 1.0, "from": 1.0, "to": 1.0})
     assert others
-    assert sum(row["found"]["count"] for row in others) == 2 * len(others)
+    assert sum(row.found.count for row in others) == 2 * len(others)
     for row in others:
         # Four frames of one drive: as little as one.
-        assert row["found"]["interval"][1] - row["found"]["interval"][0] > 0.5
-        assert row["baseline"] >= 0.4
-        if row["found"]["count"]:
-            assert row["distance"]["median"] == pytest.approx(0.5)
+        assert row.found.interval[1] - row.found.interval[0] > 0.5
+        assert row.baseline >= 0.4
+        if row.found.count:
+            assert row.distance.median == pytest.approx(0.5)
 
 
 def test_an_unknown_detector_is_said(caplog: pytest.LogCaptureFixture) -> None:
