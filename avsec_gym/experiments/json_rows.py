@@ -7,6 +7,7 @@ field, and is made of them by `of_columns`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
@@ -137,9 +138,9 @@ def _flat_value(hint: Any, columns: Mapping[str, Any]) -> Any:
 
 
 def _value(hint: Any, found: Any) -> Any:
-    """A field's value of its JSON."""
+    """A field's value of its JSON; null stands for NaN where a number is due."""
     if found is None:
-        return None
+        return math.nan if hint is float else None
     if NoneType in (members := get_args(hint)):
         [hint] = [member for member in members if member is not NoneType]
     if is_dataclass(hint):

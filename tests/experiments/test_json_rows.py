@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import pytest
 
 from avsec_gym.experiments.json_rows import FLAT, as_json, keyed, row_json, row_of
+from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.scenario.intention import Intention
 
 
@@ -89,6 +91,17 @@ def test_a_value_of_an_enumeration_is_read_back() -> None:
     assert isinstance(row_of(Turn, {"way": "left"}).way, Intention)
     with pytest.raises(ValueError, match="back"):
         row_of(Turn, {"way": "back"})
+
+
+def test_rates_without_a_case_are_read_back() -> None:
+    @dataclass(frozen=True)
+    class Empty:
+        rates: SafetyRates
+
+    text = json.dumps(row_json(Empty(SafetyRates.of([]))), allow_nan=False)
+    again = row_of(Empty, json.loads(text))
+    assert math.isnan(again.rates.mean_path_length)
+    assert json.dumps(row_json(again)) == text
 
 
 def test_what_is_missing_is_none_where_it_may_be() -> None:
