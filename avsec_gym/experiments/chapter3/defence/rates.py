@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from avsec_gym.emergency_stop import STOPPED
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter5.rows import PairedRates
 from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.metrics.clustered_shares import Share, share_of
-from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.recordings import drive_of
@@ -34,7 +33,7 @@ class Worth:
         regained: Drives that are safe again, of those that the attack made unsafe.
         given_up: Drives that reach no goal any more, of those that were safe.
         stopped: Frames that the car stops in, which are false stops without an attack.
-        paired: Differences of the rates, see `paired_differences`.
+        paired: Differences of the rates.
     """
 
     avoided: Share
@@ -43,7 +42,7 @@ class Worth:
     regained: Share
     given_up: Share
     stopped: Share
-    paired: Mapping[str, Any]
+    paired: PairedRates | None
 
 
 @dataclass(frozen=True)
@@ -218,7 +217,7 @@ def _worth(
         ),
         given_up=_share((id, not now.planned) for id, was, now in were if was.safe),
         stopped=_share((id, now.reason == STOPPED) for id, now in frames),
-        paired=paired_differences([was for was, _ in pairs], [now for _, now in pairs]),
+        paired=PairedRates.of([was for was, _ in pairs], [now for _, now in pairs]),
     )
 
 

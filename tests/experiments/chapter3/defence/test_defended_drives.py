@@ -212,7 +212,7 @@ def test_collisions_avoided_and_false_stops() -> None:
     columns = row_json(found["2", "repair"])
     worth_of = found["2", "repair"].worth
     assert worth_of is not None
-    assert (columns["safe_driving_rate"], worth_of.paired["safe_driving_rate"]) == (1.0, 0.5)
+    assert (columns["safe_driving_rate"], worth_of.paired.safe_driving_rate.value) == (1.0, 0.5)
     assert columns["paired"] == as_json(worth_of.paired)
     assert found["2", "stop"].rates.safe_driving_rate == 0.0
 
