@@ -7,7 +7,7 @@ from typing import Any
 INK, FAINT = "#222222", "#6B6B6B"
 """Colours of text that matters, and of axes."""
 
-FIGURE_STYLE: dict[str, Any] = {
+FIGURE_STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
     "axes.edgecolor": "#999999",
@@ -17,4 +17,4 @@ FIGURE_STYLE: dict[str, Any] = {
     "xtick.color": FAINT,
     "ytick.color": FAINT,
 }
-"""For `matplotlib.rc_context`."""
+"""For `matplotlib.rc_context`, whose keys have a type of their own."""

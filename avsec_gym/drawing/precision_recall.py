@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLOURS = ("#56B4E9", "#0072B2", "#D55E00")
-_STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 _TITLES = {"2d": "in the image", "bev": "from above", "3d": "in space", "aos": "orientation"}
 
 
@@ -35,7 +34,7 @@ def draw_precision_recall(result: AveragePrecision, *, title: str = "") -> Figur
     if lost:
         title = f"{title}\nnothing found of {', '.join(lost)}".strip()
     height = 2.5 * max(len(rows), 1) + 1.0
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(12.5, height), dpi=110, facecolor="white")
         figure.text(0.05, 1 - 0.15 / height, title, ha="left", va="top", fontsize=10)
         if not rows:

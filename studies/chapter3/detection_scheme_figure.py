@@ -60,8 +60,7 @@ def draw_detection_scheme(frame: SensorFrame, threshold: Threshold, seed: int = 
     import matplotlib as mpl
 
     spoofed = LidarSpoofing(reference=LIDAR_AND_TWO_CAMERAS.reference).attack(frame, seed).frame
-    style: dict[Any, Any] = {**FIGURE_STYLE}
-    with mpl.rc_context(style):
+    with mpl.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(9.2, 6.6), dpi=110, facecolor="white", layout="constrained")
         panels = figure.subplots(4, 2)
         for column, (given, source) in enumerate((("clean", frame), ("attacked", spoofed))):

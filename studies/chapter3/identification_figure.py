@@ -10,7 +10,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -53,8 +52,7 @@ def draw_identification(summary: ValidationSummary) -> Figure:
     """
     import matplotlib as mpl
 
-    style: dict[Any, Any] = {**FIGURE_STYLE}
-    with mpl.rc_context(style):
+    with mpl.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(9.2, 9.0), dpi=110, facecolor="white", layout="constrained")
         panels = figure.subplots(3, 2)
         for axes, row in zip(panels[0], summary.case_distributions, strict=True):

@@ -40,8 +40,7 @@ def draw_optical_attacks(frame: SensorFrame) -> Figure:
     """
     import matplotlib as mpl
 
-    style: dict[Any, Any] = {**FIGURE_STYLE}
-    with mpl.rc_context(style):
+    with mpl.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(8.6, 5.4), dpi=110, facecolor="white", layout="constrained")
         panels = figure.subplot_mosaic([["a", "d"], ["b", "d"], ["c", "d"]], width_ratios=[1.7, 1])
         width, height = frame.image(2).shape[1::-1]

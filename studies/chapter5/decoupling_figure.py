@@ -11,7 +11,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -29,7 +28,6 @@ from avsec_gym.geometry import Floats
 from avsec_gym.storage.json_files import read_json_object
 from studies.chapter5.headroom import NOTHING, HeadroomRow
 
-_STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 _MARKS = {
     PERTURBATIONS[0]: ("o", "#3d9be0"),
     PERTURBATIONS[1]: ("o", "#0b5ea8"),
@@ -57,7 +55,7 @@ def draw_decoupling(
         path: The picture's file.
     """
     (blind,) = (100 * row.rates.safe_driving_rate for row in headroom if row.seen == NOTHING)
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(8.6, 3.7), facecolor="white")
         count = len(unattacked)
         panels = figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -17,7 +16,6 @@ from studies.chapter5.telling_flips import FlipRow
 from studies.chapter5.telling_measures import ALL_ATTACKS, BOTH, MEASURES, MeasureRow
 
 Row = MeasureRow | FlipRow
-_STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 _COLOURS = ("#0b5ea8", "#e08a00", "#5b6673")
 _MARKS = ("o", "s", "D")
 
@@ -32,7 +30,7 @@ def draw_telling(
         flips: Rows of `flip_rows`.
         path: The picture's file.
     """
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(8.6, 4.6), facecolor="white")
         left, right = figure.subplots(1, 2, sharey=True)
         _draw(left, [(row, row.rho) for row in measures], 0.0, (-1.05, 1.05))

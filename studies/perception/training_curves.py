@@ -214,7 +214,7 @@ def _figure(curves: Mapping[str, NetworkCurves]) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    style: dict[Any, Any] = {**FIGURE_STYLE, "axes.spines.top": False, "axes.spines.right": False}
+    style = {**FIGURE_STYLE, "axes.spines.top": False, "axes.spines.right": False}
     with mpl.rc_context(style):
         figure = Figure(figsize=(10, 2.4 * len(curves)), dpi=110, layout="constrained")
         panels = figure.subplots(len(curves), 2, squeeze=False, sharex="row")

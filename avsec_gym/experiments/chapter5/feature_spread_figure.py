@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
 
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread
-
-_STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 
 
 def draw_feature_spread(spreads: Mapping[str, FeatureSpread], path: str | Path) -> None:
@@ -26,7 +23,7 @@ def draw_feature_spread(spreads: Mapping[str, FeatureSpread], path: str | Path) 
         path: The picture's file.
     """
     columns = 1 + max(len(spread.layers) for spread in spreads.values())
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(1.15 * columns, 1.85 * len(spreads)), facecolor="white")
         axes = figure.subplots(len(spreads), columns, squeeze=False)
         for axis in axes.flat:

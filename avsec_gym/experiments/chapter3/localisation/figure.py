@@ -30,8 +30,7 @@ def draw_repair(frame: SensorFrame, tampered: TamperedFrame, repaired: Repair) -
     """
     import matplotlib as mpl
 
-    style: dict[Any, Any] = {**FIGURE_STYLE}
-    with mpl.rc_context(style):
+    with mpl.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(7.0, 9.2), dpi=90, facecolor="white", layout="constrained")
         panels = figure.subplots(4)
         if tampered.pixels:
