@@ -24,6 +24,7 @@ from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.drawing.validation_picture import compared_picture
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.comparison import comparison_map
@@ -69,7 +70,7 @@ def draw_detection_scheme(frame: SensorFrame, threshold: Threshold, seed: int = 
 
 
 def _draw_column(
-    panels: NDArray[Any], frame: SensorFrame, given: str, threshold: Threshold
+    panels: NDArray[np.object_], frame: SensorFrame, given: str, threshold: Threshold
 ) -> None:
     maps = DisparityMaps(frame, LIDAR_AND_TWO_CAMERAS, PairDepth("sgbm"))
     i, j, k = _TRIPLE
@@ -102,13 +103,13 @@ def _draw_column(
         _show(axes, picture, title)
 
 
-def _coloured(found: DisparityMap, image: NDArray[np.uint8], sparse: bool = False) -> Any:
+def _coloured(found: DisparityMap, image: NDArray[np.uint8], sparse: bool = False) -> Floats:
     """Disparities on the image in grey; points of a scan are drawn larger."""
     from matplotlib import colormaps
 
-    values: Any = np.nan_to_num(found.values, nan=-1.0)
+    values = np.nan_to_num(found.values, nan=-1.0)
     if sparse:
-        values = cv2.dilate(values, np.ones((3, 3), np.uint8))
+        values = np.asarray(cv2.dilate(values, np.ones((3, 3), np.uint8)))
     grey = np.repeat(image.mean(axis=2, keepdims=True), 3, axis=2) / 255 * 0.4 + 0.55
     colours = colormaps["turbo"](np.clip(values / _NEARER_THAN, 0, 1))[..., :3]
     return np.where((values >= 0)[..., None], colours, grey)

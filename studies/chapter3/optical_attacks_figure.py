@@ -9,7 +9,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +19,7 @@ from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.drawing.figure_style import FIGURE_STYLE
 from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.frame import Points, SensorFrame
-from avsec_gym.geometry import project, transform_points
+from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.world.export import world_frames
 from studies.answer import exit_code
@@ -76,13 +75,13 @@ def draw_optical_attacks(frame: SensorFrame) -> Figure:
     return figure
 
 
-def _pixels(frame: SensorFrame, points: Points) -> Any:
+def _pixels(frame: SensorFrame, points: Points) -> Floats:
     in_camera = transform_points(frame.calibration.velodyne_to_camera, points[:, :3])
     pixels, depth = project(frame.calibration.projection(2), in_camera)
     return pixels[depth > 0]
 
 
-def _dots(axes: Axes, places: Any, colour: str, size: float, label: str | None = None) -> None:
+def _dots(axes: Axes, places: Floats, colour: str, size: float, label: str | None = None) -> None:
     axes.scatter(places[:, 0], places[:, 1], s=size, color=colour, linewidths=0, label=label)
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _OURS, _REAL = "#0072B2", "#BDBDBD"
 _MARKS = ["#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8B4513", "#999900"]
-_STYLE: dict[Any, Any] = {
+_STYLE = {
     **FIGURE_STYLE,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -42,7 +42,7 @@ _TICKS: Mapping[str, tuple[list[float], list[str]]] = {
     "occlusion": ([0, 1, 2, 3], ["visible", "partly", "largely", "unknown"]),
     "truncated_share": ([0, 1], ["whole", "cut"]),
 }
-_STYLE: dict[Any, Any] = {
+_STYLE = {
     **FIGURE_STYLE,
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
