@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from avsec_gym.closed_loop.drive_film import DriveFilm, read_film
 from avsec_gym.drives.drive_row import DriveRow, DriveSeconds, drive_id
@@ -53,9 +53,9 @@ class DriveFolder:
         self._check_seconds()
 
     @property
-    def rows(self) -> dict[str, dict[str, Any]]:
+    def rows(self) -> dict[str, DriveRow]:
         """The rows by the drives' ids."""
-        return self._rows.rows
+        return cast("dict[str, DriveRow]", self._rows.rows)
 
     @property
     def seconds(self) -> dict[str, float]:

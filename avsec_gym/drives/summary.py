@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.closed_loop.drive_record import Outcome
+from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.one_drive import HARD_BRAKING
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
 
-Row = Mapping[str, Any]
-Cluster = Callable[[Row], str]
+Cluster = Callable[[DriveRow], str]
 _RESAMPLES = 10_000
-RATES: Mapping[str, Callable[[Row], bool]] = {
+RATES: Mapping[str, Callable[[DriveRow], bool]] = {
     "at_fault": lambda row: bool(row["at_fault"]),
     "collision": lambda row: bool(row["collision"]),
     "goal": lambda row: row["outcome"] == Outcome.GOAL,
@@ -68,18 +68,18 @@ class SettingSummary:
         return asdict(self)
 
 
-def by_scene(row: Row) -> str:
+def by_scene(row: DriveRow) -> str:
     """Drives of one scene are one cluster."""
     return str(row["scenario"])
 
 
-def by_recording(row: Row) -> str:
+def by_recording(row: DriveRow) -> str:
     """Windows of one recording, such as ``0009-000120``, are one cluster: they overlap."""
     return str(row["scenario"]).rpartition("-")[0]
 
 
 def summaries(
-    rows: Iterable[Row], settings: Sequence[str], cluster: Cluster = by_scene
+    rows: Iterable[DriveRow], settings: Sequence[str], cluster: Cluster = by_scene
 ) -> list[SettingSummary]:
     """The summary of each setting that has drives.
 
@@ -88,7 +88,7 @@ def summaries(
         settings: Names, in the order of the table; differences are to the first one.
         cluster: The drives that are one cluster for the intervals.
     """
-    by_setting: dict[str, list[Row]] = {name: [] for name in settings}
+    by_setting: dict[str, list[DriveRow]] = {name: [] for name in settings}
     for row in rows:
         by_setting[row["setting"]].append(row)
     first = by_setting[settings[0]]
@@ -99,7 +99,9 @@ def summaries(
     ]
 
 
-def _summary(name: str, rows: list[Row], first: list[Row], cluster: Cluster) -> SettingSummary:
+def _summary(
+    name: str, rows: list[DriveRow], first: list[DriveRow], cluster: Cluster
+) -> SettingSummary:
     clusters = [cluster(row) for row in rows]
     return SettingSummary(
         setting=name,
@@ -120,7 +122,7 @@ def _summary(name: str, rows: list[Row], first: list[Row], cluster: Cluster) -> 
     )
 
 
-def _differences(rows: list[Row], first: list[Row], cluster: Cluster) -> dict[str, Mean]:
+def _differences(rows: list[DriveRow], first: list[DriveRow], cluster: Cluster) -> dict[str, Mean]:
     """Over the drives that both have made."""
     before = {(row["scenario"], row["intention"]): row for row in first}
     pairs = [
@@ -129,12 +131,11 @@ def _differences(rows: list[Row], first: list[Row], cluster: Cluster) -> dict[st
     if not pairs:
         return {}
     clusters = [cluster(row) for row, _ in pairs]
-    return {
-        name: _mean(
-            np.array([float(row[name]) - float(other[name]) for row, other in pairs]), clusters
-        )
-        for name in ("at_fault", "navsim_score")
+    differences = {
+        "at_fault": [float(row["at_fault"]) - float(other["at_fault"]) for row, other in pairs],
+        "navsim_score": [row["navsim_score"] - other["navsim_score"] for row, other in pairs],
     }
+    return {name: _mean(np.array(own), clusters) for name, own in differences.items()}
 
 
 def _mean(values: Floats, scenes: Sequence[str]) -> Mean:

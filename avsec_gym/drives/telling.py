@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from avsec_gym.closed_loop.drive_record import Outcome
+from avsec_gym.drives.drive_row import DriveRow
 
-Row = Mapping[str, Any]
 _WORDS = {Outcome.OFF_ROAD: "left the road", Outcome.TIME: "time over"}
 _HOW_BAD = {Outcome.OFF_ROAD: 3, Outcome.COLLISION: 2, Outcome.GOAL: 0}
 _AT_FAULT = 4
@@ -26,7 +25,7 @@ class DrivenScene:
 
     scenario: str
     intention: str
-    rows: tuple[Row, ...]
+    rows: tuple[DriveRow, ...]
 
     @property
     def worst(self) -> int:
@@ -39,7 +38,7 @@ class DrivenScene:
         return self.worst - min(map(how_bad, self.rows))
 
 
-def outcome_in_words(row: Row) -> str:
+def outcome_in_words(row: DriveRow) -> str:
     """How a drive ended.
 
     Example:
@@ -52,14 +51,14 @@ def outcome_in_words(row: Row) -> str:
     return _WORDS.get(outcome, str(outcome))
 
 
-def how_bad(row: Row) -> int:
+def how_bad(row: DriveRow) -> int:
     """From 0, the goal, to 4, a collision that the car is to blame for."""
     return _AT_FAULT if row["at_fault"] else _HOW_BAD.get(row["outcome"], 1)
 
 
-def by_scene(rows: Iterable[Row]) -> list[DrivenScene]:
+def by_scene(rows: Iterable[DriveRow]) -> list[DrivenScene]:
     """The drives by scene and intention, in the order of the first of each."""
-    found: dict[tuple[str, str], list[Row]] = {}
+    found: dict[tuple[str, str], list[DriveRow]] = {}
     for row in rows:
         found.setdefault((row["scenario"], row["intention"]), []).append(row)
     return [DrivenScene(*key, tuple(own)) for key, own in found.items()]
