@@ -194,10 +194,13 @@ def _checked(env: str, algorithm: str, entry: Mapping[str, Any]) -> AgentConfigu
     often = understood.get("train_freq")
     if side_by_side > 1 and isinstance(often, tuple) and often[1] == "episode":
         raise ValueError("training after an episode takes n_envs: 1")
+    steps = _count(entry, "n_timesteps", None, _MOST_STEPS)
+    if often is not None and (waits := often[0] if isinstance(often, tuple) else often) > steps:
+        raise ValueError(f"train_freq, {waits:,}, is more than n_timesteps, {steps:,}")
     return AgentConfiguration(
         env,
         algorithm,
-        _count(entry, "n_timesteps", None, _MOST_STEPS),
+        steps,
         policy,
         side_by_side,
         dict(entry.get("env_kwargs", {})),

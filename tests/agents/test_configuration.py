@@ -126,3 +126,13 @@ def test_names_that_there_are_not(tmp_path: Path) -> None:
         configuration_of("GhostObject-v1", "a2c")
     with pytest.raises(DataError, match="no entry avsec/GhostObject-v0"):
         configuration_of("GhostObject-v0", "ppo", written(tmp_path, ENTRY))
+
+
+@pytest.mark.parametrize("often", ["11", "[11, step]", "[11, episode]"])
+def test_an_agent_that_would_never_learn_is_refused(tmp_path: Path, often: str) -> None:
+    entry = "avsec/GhostObject-v1:\n  n_timesteps: {}\n  train_freq: {}\n"
+    path = written(tmp_path, entry.format(10, often))
+    with pytest.raises(DataError, match="train_freq, 11, is more than n_timesteps, 10"):
+        configuration_of("GhostObject-v1", "sac", path)
+    path = written(tmp_path, entry.format(11, often))
+    assert configuration_of("GhostObject-v1", "sac", path).n_timesteps == 11
