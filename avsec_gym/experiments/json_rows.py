@@ -92,6 +92,8 @@ def row_of(kind: type[R], columns: Mapping[str, Any]) -> R:
 
     Raises:
         KeyError: A column is missing.
+        TypeError: A column has another form.
+        ValueError: A value is none of its enumeration.
     """
     hints = get_type_hints(kind)
     values: dict[str, Any] = {}
@@ -153,5 +155,7 @@ def _value(hint: Any, found: Any) -> Any:
     if get_origin(hint) is tuple:
         return tuple(found)
     if get_origin(hint) is Mapping:
+        if not isinstance(found, Mapping):
+            raise TypeError(f"{found!r:.40} is no object of JSON")
         return {key: _value(get_args(hint)[1], item) for key, item in found.items()}
     return found

@@ -109,3 +109,5 @@ def test_what_is_missing_is_none_where_it_may_be() -> None:
     assert row_of(Car, without).spare is None
     with pytest.raises(KeyError, match="founded"):
         row_of(Brand, {"name": "bmw"})
+    with pytest.raises(TypeError, match="no object"):
+        row_of(Car, {**COLUMNS, "by_place": [1]})
