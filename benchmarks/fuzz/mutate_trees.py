@@ -170,7 +170,8 @@ def attribute(content: bytes, random: Random) -> bytes:
 def text_of_element(content: bytes, random: Random) -> bytes:
     """The text between two tags becomes a strange number or word."""
     text = content.decode("utf-8", "replace")
-    places = list(re.finditer(r">([^<>]*\S[^<>]*)<", text))
+    # Blank or not is asked afterwards: the pattern would ask it of each character of a long text.
+    places = [found for found in re.finditer(r">([^<>]+)<", text) if found.group(1).strip()]
     if not places:
         return content
     place = random.choice(places)
