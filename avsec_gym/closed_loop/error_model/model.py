@@ -38,6 +38,8 @@ UNIT = 20.0
 FARTHEST = 60.0
 """Metres.  Objects beyond concern no planner, and models are fitted to none: they are taken as if
 they were as near as this, since a growth that goes on would put them anywhere."""
+_LARGEST = 1e3
+"""Of a ghost's place, metres, and of its heading."""
 _REMEDY = "Fit it anew with `avsec error-model fit`."
 
 
@@ -192,6 +194,8 @@ def _check(model: ErrorModel) -> None:
     positive += [
         part for spread in model.spreads.values() for part in (spread.scale, spread.freedom)
     ]
+    if not all(abs(part) <= _LARGEST for ghost in ghosts.seen for part in ghost[:3]):
+        raise ValueError("ghosts lie within a kilometre")
     sizes = [part for ghost in ghosts.seen for part in ghost[3:]]
     if not all(0 < value < 1e6 for value in positive + sizes):
         raise ValueError("times, scales and sizes are positive")
