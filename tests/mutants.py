@@ -1,13 +1,14 @@
 """Which changes of the code do the tests see?  A random sample of mutants, tested one by one.
 
-    python tests/mutants.py                        # 300 mutants, an hour or two; prints JSON
+    python tests/mutants.py                        # 300 mutants, about two hours; prints JSON
     python tests/mutants.py --count 40 --seed 7 --only planners metrics
     python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped
     python tests/mutants.py --jobs 2               # two at a time
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
-repository.  The tests that mirror the module run first, then the fast ones of its room; a mutant
-that all of them pass survives.  Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``).
+repository.  The fast tests of the module's room that execute the changed line (by coverage without
+the change) are run, those that mirror the module first; a mutant that all of them pass survives.
+Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``).
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -32,6 +33,7 @@ from itertools import islice
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock
+from types import MappingProxyType
 from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
@@ -113,20 +115,22 @@ def tests_of(module: str) -> list[list[str]]:
     return ([mirrored] if mirrored else []) + [[str(room)]]
 
 
-def killed_by(copy: Path, kernels: bool, tests: list[list[str]]) -> str:
-    """The tests that fail, as they were asked for; empty if the mutant survives."""
-    for some in tests:
-        usual = unmutated(kernels, tuple(some))
+def killed_by(copy: Path, kernels: bool, mutant: Mutant) -> str:
+    """The test that fails; empty if the mutant survives."""
+    for group in tests_of(mutant.module):
+        usual = unmutated(kernels, tuple(group))
+        tests = usual.that_execute(mutant)
+        if not tests:
+            continue
         left_out = [word for name in usual.failed for word in ("--deselect", name)]
-        command = pytest_of("-x", *left_out, *some)
+        command = pytest_of("-x", "-rfE", "--tb=no", *left_out, *tests)
+        limit = PATIENCE * usual.duration(tests) + 60.0
         try:
-            if (
-                ran(command, copy, kernels, PATIENCE * usual.seconds + 60.0).returncode
-                not in PASSED
-            ):
-                return " ".join(some)
+            done = ran(command, copy, kernels, limit)
         except subprocess.TimeoutExpired:
-            return f"{' '.join(some)} (time)"
+            return f"{tests[0]} (time)"
+        if done.returncode not in PASSED:
+            return next(iter(failures(done.stdout)), " ".join(group))
     return ""
 
 
@@ -134,10 +138,63 @@ def killed_by(copy: Path, kernels: bool, tests: list[list[str]]) -> str:
 class Unmutated:
     """What tests do without a mutant."""
 
-    seconds: float
+    asked: tuple[str, ...]
+    """The files and folders of the tests, as pytest takes them."""
+    seconds: dict[str, float]
+    """By test: how long it takes."""
     failed: tuple[str, ...]
     """Those that fail, such as by a limit of time where kernels are Python: they tell nothing of a
     mutant, and are left out."""
+    executed: dict[str, dict[int, list[str]]]
+    """By module and line: the tests that execute it, ``test|setup``, ``test|run``; an empty one
+    where an import does."""
+
+    def that_execute(self, mutant: Mutant) -> list[str]:
+        """The tests that execute a mutant's statement, short ones first, files kept together.
+
+        All tests where an import executes it; a whole file where one of its fixtures does, since
+        other tests may share the fixture.
+        """
+        lines = self.executed.get(mutant.module, {})
+        contexts = {each for line in statement(mutant) for each in lines.get(line, ())}
+        if "" in contexts:
+            return list(self.asked)
+        tests = {name for name, _, phase in map(_parts, contexts) if phase == "run"}
+        files = {file for _, file, phase in map(_parts, contexts) if phase != "run"}
+        tests = files | {name for name in tests if name.partition("::")[0] not in files}
+        cost: dict[str, float] = {}
+        for name in tests:
+            file = name.partition("::")[0]
+            cost[file] = cost.get(file, 0.0) + self.duration([name])
+        return sorted(tests, key=lambda name: (cost[name.partition("::")[0]], name))
+
+    def duration(self, tests: Sequence[str]) -> float:
+        """How long tests, files and folders take, in seconds."""
+        asked = tuple(tests)
+        return sum(
+            taken
+            for name, taken in self.seconds.items()
+            if name in asked or any(name.startswith((f"{each}::", f"{each}/")) for each in asked)
+        )
+
+
+def _parts(context: str) -> tuple[str, str, str]:
+    """A context of pytest-cov, ``file::test|phase``: the test, its file, its phase."""
+    name, _, phase = context.rpartition("|")
+    return name, name.partition("::")[0], phase
+
+
+def statement(mutant: Mutant) -> range:
+    """The lines of the innermost statement that holds a mutant; of a compound one, its head."""
+    lines = range(mutant.line, mutant.line + 1)
+    for node in ast.walk(ast.parse((ROOT / mutant.module).read_text())):
+        if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= (node.end_lineno or 0):
+            # The walk goes from the outside in, so that the last one found is the innermost.
+            body = getattr(node, "body", None)
+            end = body[0].lineno if body else (node.end_lineno or node.lineno) + 1
+            if mutant.line < end:
+                lines = range(node.lineno, end)
+    return lines
 
 
 def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
@@ -148,17 +205,35 @@ def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
 
 @cache
 def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
-    begun = time.monotonic()
-    done = ran(pytest_of("-rfE", "--tb=no", *tests), ROOT, kernels)
-    failed = failures(done.stdout)
-    if done.returncode not in PASSED and not failed:
-        report = done.stdout[-2000:] + done.stderr[-2000:]
-        raise SystemExit(
-            f"{' '.join(tests)} end with {done.returncode} without a mutant:\n{report}"
+    from coverage import CoverageData
+
+    coverage = ("--cov=avsec_gym", "--cov-context=test", "--cov-report=")
+    durations = ("--durations=0", "--durations-min=0.005", "-rfE", "--tb=no")
+    with tempfile.TemporaryDirectory() as folder:
+        file = str(Path(folder, "coverage"))
+        done = ran(
+            pytest_of(*coverage, *durations, *tests), ROOT, kernels, more={"COVERAGE_FILE": file}
         )
+        failed = failures(done.stdout)
+        if done.returncode not in PASSED and not failed:
+            report = done.stdout[-2000:] + done.stderr[-2000:]
+            raise SystemExit(
+                f"{' '.join(tests)} end with {done.returncode} without a mutant:\n{report}"
+            )
+        data = CoverageData(file)
+        data.read()
+        executed = {
+            str(Path(path).relative_to(ROOT)): data.contexts_by_lineno(path)
+            for path in data.measured_files()
+        }
     for name in failed:
         print(f"left out, as it fails without any mutant: {name}", file=sys.stderr)
-    return Unmutated(time.monotonic() - begun, failed)
+    seconds: dict[str, float] = {}
+    for taken, name in re.findall(
+        r"^([\d.]+)s (?:setup|call|teardown) +(\S.*)$", done.stdout, re.MULTILINE
+    ):
+        seconds[name] = seconds.get(name, 0.0) + float(taken)
+    return Unmutated(tests, seconds, failed, executed)
 
 
 def failures(report: str) -> tuple[str, ...]:
@@ -181,10 +256,15 @@ def pytest_of(*words: str) -> list[str]:
 
 
 def ran(
-    command: Sequence[str], copy: Path, kernels: bool, limit: float | None = None
+    command: Sequence[str],
+    copy: Path,
+    kernels: bool,
+    limit: float | None = None,
+    more: Mapping[str, str] = MappingProxyType({}),
 ) -> subprocess.CompletedProcess[str]:
     """A command in the copy; kernels run as plain Python where `kernels` is True."""
     environment = os.environ | {
+        **more,
         "PYTHONPATH": str(copy),
         "OMP_NUM_THREADS": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
@@ -201,7 +281,7 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     from cosmic_ray.mutating import mutate_code
 
     path = copy / mutant.module
-    before, tests = path.read_text(), tests_of(mutant.module)
+    before = path.read_text()
     kernels = "@kernel(" in before
     begun = time.monotonic()
     after = mutate_code(before, plugins.get_operator(mutant.operator)(), mutant.occurrence)
@@ -212,7 +292,7 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     ]
     try:
         path.write_text(after)
-        by = killed_by(copy, kernels, tests)
+        by = killed_by(copy, kernels, mutant)
     finally:
         path.write_text(before)
     return asdict(mutant) | {
