@@ -7,7 +7,7 @@
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The fast tests of the module's room that execute the changed line (by coverage without
-the change) are run, those that mirror the module first; a mutant that all of them pass survives.
+the change) are run, those of the module's name first; a mutant that all of them pass survives.
 Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``).
 """
 
@@ -102,44 +102,38 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 
 @cache
-def tests_of(module: str) -> list[list[str]]:
-    """Tests of the module's name, then of its room, or those nearest to a room of one file."""
+def tests_of(module: str) -> tuple[str, ...]:
+    """The tests of a module's room, or those nearest to a room of one file."""
     inside = Path(module).relative_to("avsec_gym")
     room = Path("tests", inside.parts[0])
-    if room.suffix:
-        command = [sys.executable, str(ROOT / "tests/which.py"), f"avsec_gym.{inside.stem}"]
-        lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        nearest = [line.split()[0] for line in lines.splitlines()]
-        return [nearest[:1], nearest[1:]]
-    mirrored = sorted(str(p.relative_to(ROOT)) for p in (ROOT / room).rglob(f"test_{inside.name}"))
-    return ([mirrored] if mirrored else []) + [[str(room)]]
+    if not room.suffix:
+        return (str(room),)
+    command = [sys.executable, str(ROOT / "tests/which.py"), f"avsec_gym.{inside.stem}"]
+    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return tuple(line.split()[0] for line in lines.splitlines())
 
 
 def killed_by(copy: Path, kernels: bool, mutant: Mutant) -> str:
     """The test that fails; empty if the mutant survives."""
-    for group in tests_of(mutant.module):
-        usual = unmutated(kernels, tuple(group))
-        tests = usual.that_execute(mutant)
-        if not tests:
-            continue
-        left_out = [word for name in usual.failed for word in ("--deselect", name)]
-        command = pytest_of("-x", "-rfE", "--tb=no", *left_out, *tests)
-        limit = PATIENCE * usual.duration(tests) + 60.0
-        try:
-            done = ran(command, copy, kernels, limit)
-        except subprocess.TimeoutExpired:
-            return f"{tests[0]} (time)"
-        if done.returncode not in PASSED:
-            return next(iter(failures(done.stdout)), " ".join(group))
-    return ""
+    usual = unmutated(kernels, tests_of(mutant.module))
+    tests = usual.that_execute(mutant)
+    if not tests:
+        return ""
+    left_out = [word for name in usual.failed for word in ("--deselect", name)]
+    command = pytest_of("-x", "-rfE", "--tb=no", *left_out, *tests)
+    try:
+        done = ran(command, copy, kernels, PATIENCE * usual.duration(tests) + 60.0)
+    except subprocess.TimeoutExpired:
+        return f"{tests[0]} (time)"
+    if done.returncode in PASSED:
+        return ""
+    return next(iter(failures(done.stdout)), done.stdout[-200:])
 
 
 @dataclass(frozen=True)
 class Unmutated:
     """What tests do without a mutant."""
 
-    asked: tuple[str, ...]
-    """The files and folders of the tests, as pytest takes them."""
     seconds: dict[str, float]
     """By test: how long it takes."""
     failed: tuple[str, ...]
@@ -150,38 +144,44 @@ class Unmutated:
     where an import does."""
 
     def that_execute(self, mutant: Mutant) -> list[str]:
-        """The tests that execute a mutant's statement, short ones first, files kept together.
+        """The tests that execute a mutant's statement, those of its module's name first, then files
+        that take a short time.
 
-        All tests where an import executes it; a whole file where one of its fixtures does, since
-        other tests may share the fixture.
+        Where an import executes it, the tests that execute any line of the module; a whole file
+        where one of its fixtures does, since other tests may share the fixture.
         """
         lines = self.executed.get(mutant.module, {})
         contexts = {each for line in statement(mutant) for each in lines.get(line, ())}
         if "" in contexts:
-            return list(self.asked)
+            contexts = {each for line in lines.values() for each in line}
         tests = {name for name, _, phase in map(_parts, contexts) if phase == "run"}
-        files = {file for _, file, phase in map(_parts, contexts) if phase != "run"}
-        tests = files | {name for name in tests if name.partition("::")[0] not in files}
+        files = {file for _, file, phase in map(_parts, contexts) if file and phase != "run"}
+        tests = files | {name for name in tests if _file(name) not in files}
         cost: dict[str, float] = {}
         for name in tests:
-            file = name.partition("::")[0]
-            cost[file] = cost.get(file, 0.0) + self.duration([name])
-        return sorted(tests, key=lambda name: (cost[name.partition("::")[0]], name))
+            cost[_file(name)] = cost.get(_file(name), 0.0) + self.duration([name])
+        mirror = f"/test_{Path(mutant.module).name}"
+        return sorted(
+            tests,
+            key=lambda name: (not _file(name).endswith(mirror), cost[_file(name)], name),
+        )
 
     def duration(self, tests: Sequence[str]) -> float:
-        """How long tests, files and folders take, in seconds."""
-        asked = tuple(tests)
-        return sum(
-            taken
-            for name, taken in self.seconds.items()
-            if name in asked or any(name.startswith((f"{each}::", f"{each}/")) for each in asked)
-        )
+        """How long tests and files take, in seconds."""
+        asked = set(tests)
+        known = self.seconds.items()
+        return sum(taken for name, taken in known if name in asked or _file(name) in asked)
 
 
 def _parts(context: str) -> tuple[str, str, str]:
     """A context of pytest-cov, ``file::test|phase``: the test, its file, its phase."""
     name, _, phase = context.rpartition("|")
-    return name, name.partition("::")[0], phase
+    return name, _file(name), phase
+
+
+def _file(test: str) -> str:
+    """The file of a test."""
+    return test.partition("::")[0]
 
 
 def statement(mutant: Mutant) -> range:
@@ -233,7 +233,7 @@ def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
         r"^([\d.]+)s (?:setup|call|teardown) +(\S.*)$", done.stdout, re.MULTILINE
     ):
         seconds[name] = seconds.get(name, 0.0) + float(taken)
-    return Unmutated(tests, seconds, failed, executed)
+    return Unmutated(seconds, failed, executed)
 
 
 def failures(report: str) -> tuple[str, ...]:
