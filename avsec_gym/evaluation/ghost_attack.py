@@ -12,7 +12,8 @@ from typing import Any
 
 from avsec_gym.attacks.object_injection import RandomGhosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.metrics.paired import paired_differences, with_corrected_p
+from avsec_gym.evaluation.rates import paired_json
+from avsec_gym.metrics.paired import holm_p, paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
@@ -73,12 +74,17 @@ def ghost_attack(
 
 def summary(drives: Sequence[AttackedDrive]) -> dict[str, Any]:
     """Rates by intention and input, and their paired differences."""
-    rates, differences = [], []
+    rates, pairs = [], {}
     for intention in dict.fromkeys(each.intention for each in drives):
         own = [each for each in drives if each.intention == intention]
         clean, attacked = [each.clean for each in own], [each.attacked for each in own]
         for name, records in (("ground_truth", clean), ("ghost_attack", attacked)):
             row = {"planner": "astar", "intention": str(intention), "input": name}
             rates.append({**row, **SafetyRates.of(records).to_json()})
-        differences.append({"intention": str(intention), **paired_differences(clean, attacked)})
-    return {"rates": rates, "differences": with_corrected_p(differences)}
+        pairs[str(intention)] = paired_differences(clean, attacked)
+    corrected = zip(pairs.items(), holm_p([*pairs.values()]), strict=True)
+    differences = [
+        {"intention": intention, **paired_json(paired), "mcnemar_p_holm": p}
+        for (intention, paired), p in corrected
+    ]
+    return {"rates": rates, "differences": differences}

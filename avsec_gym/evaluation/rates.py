@@ -14,7 +14,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.kitti.detections import above, default_score_threshold
-from avsec_gym.metrics.paired import paired_differences, with_corrected_p
+from avsec_gym.metrics.paired import PairedRates, holm_p, paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
@@ -123,7 +123,7 @@ class DrivingSafety:
         return {
             "rates": [{**_named(cell), **self.rates(cell).to_json()} for cell in self.records],
             "rates_by_group": by_group,
-            "differences": self.differences(),
+            "differences": [difference.to_json() for difference in self.differences()],
             "unplanned": [
                 {
                     **_named(cell),
@@ -152,12 +152,9 @@ class DrivingSafety:
             "settings": self.settings,
         }
 
-    def differences(self) -> list[dict[str, Any]]:
-        """Detections minus ground truth by planner and intention, and all intentions pooled.
-
-        Each with McNemar's p as it is, and corrected for all rows.
-        """
-        rows: list[dict[str, Any]] = []
+    def differences(self) -> list[Difference]:
+        """Detections minus ground truth by planner and intention, and all intentions pooled."""
+        names, pairs = [], []
         pooled: dict[str, tuple[list[SafetyRecord], list[SafetyRecord]]] = {}
         for cell, records in self.records.items():
             truth = self.records.get(RatesKey(cell.planner, cell.intention, GROUND_TRUTH))
@@ -166,18 +163,46 @@ class DrivingSafety:
             first, second = pooled.setdefault(cell.planner, ([], []))
             first += truth
             second += records
-            rows.append(
-                {
-                    "planner": cell.planner,
-                    "intention": cell.intention,
-                    **paired_differences(truth, records),
-                }
-            )
+            names.append((cell.planner, cell.intention))
+            pairs.append(paired_differences(truth, records))
         for planner, (first, second) in pooled.items():
-            rows.append(
-                {"planner": planner, "intention": "all", **paired_differences(first, second)}
-            )
-        return with_corrected_p(rows)
+            names.append((planner, "all"))
+            pairs.append(paired_differences(first, second))
+        return [
+            Difference(planner, intention, paired, p)
+            for (planner, intention), paired, p in zip(names, pairs, holm_p(pairs), strict=True)
+        ]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Detections against the ground truth on the same scenes.
+
+    Args:
+        planner: The planner's name.
+        intention: The driving intention, or ``all``.
+        paired: Differences of the rates; None without a scene.
+        mcnemar_p_holm: McNemar's p after Holm's correction for all rows; None: there is none.
+    """
+
+    planner: str
+    intention: str
+    paired: PairedRates | None
+    mcnemar_p_holm: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it, flat."""
+        return {
+            "planner": self.planner,
+            "intention": self.intention,
+            **paired_json(self.paired),
+            "mcnemar_p_holm": self.mcnemar_p_holm,
+        }
+
+
+def paired_json(paired: PairedRates | None) -> dict[str, object]:
+    """Differences as JSON; without a scene, their number."""
+    return {"scenarios": 0} if paired is None else paired.to_json()
 
 
 def driving_safety(

@@ -40,10 +40,23 @@ class Share:
     rate: float | None
     interval: tuple[float, float] | None
 
+    @classmethod
+    def of_counts(cls, count: int, of: int) -> Share:
+        """Cases that do not belong together in clusters: Wilson's interval.
+
+        Example:
+            >>> Share.of_counts(0, 0).rate is None
+            True
+        """
+        return cls(count, of, count / of, wilson_interval(count, of)) if of else _NO_CASE
+
     @property
     def percent(self) -> float:
         """The rate in percent; NaN without a case."""
         return math.nan if self.rate is None else 100 * self.rate
+
+
+_NO_CASE = Share(0, 0, None, None)
 
 
 def share_of(hits: ArrayLike, clusters: Sequence[str]) -> Share:
@@ -59,7 +72,7 @@ def share_of(hits: ArrayLike, clusters: Sequence[str]) -> Share:
         [0.342, 1.0]
     """
     if not np.size(hits):
-        return Share(0, 0, None, None)
+        return _NO_CASE
     flags = np.asarray(hits, bool).reshape(len(clusters), -1)
     count, of = int(flags.sum()), int(flags.size)
     interval = wilson_interval(count, of, _Z95 * math.sqrt(_design_effect(flags, clusters)))

@@ -3,13 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.intervals import mcnemar_p
 from avsec_gym.metrics.many_comparisons import holm_adjusted
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRecord
+
+
+@dataclass(frozen=True)
+class PairedRates:
+    """How rates differ between two inputs on the same scenarios; see `paired_differences`.
+
+    Args:
+        scenarios: Number of scenarios.
+        drives: Number of episodes.
+        success_rate: Difference of the success rate.
+        collision_rate: Difference of the collision rate.
+        safe_driving_rate: Difference of the safe driving rate.
+        became_unsafe: Number of episodes that were safe and are not.
+        became_safe: Number of episodes that were not safe and are.
+        mcnemar_p: McNemar's exact test; None where a scenario has several episodes.
+    """
+
+    scenarios: int
+    drives: int
+    success_rate: Estimate
+    collision_rate: Estimate
+    safe_driving_rate: Estimate
+    became_unsafe: int
+    became_safe: int
+    mcnemar_p: float | None
+
+    def to_json(self) -> dict[str, object]:
+        """All of it, the interval of a rate beside the rate."""
+        return {
+            "scenarios": self.scenarios,
+            "drives": self.drives,
+            **self.success_rate.columns("success_rate"),
+            **self.collision_rate.columns("collision_rate"),
+            **self.safe_driving_rate.columns("safe_driving_rate"),
+            "became_unsafe": self.became_unsafe,
+            "became_safe": self.became_safe,
+            "mcnemar_p": self.mcnemar_p,
+        }
 
 
 def paired_differences(
@@ -18,18 +57,21 @@ def paired_differences(
     *,
     resamples: int = 10_000,
     seed: int = 0,
-) -> dict[str, Any]:
+) -> PairedRates | None:
     """How the rates of the same scenarios differ between two inputs, second minus first.
 
     Intervals are 95 % percentile intervals of a bootstrap that draws scenarios, with all their
-    records and pairs together; ``mcnemar_p`` is McNemar's exact test on which scenarios were driven
-    safely, None where a scenario stands for several records, which depend on each other.
+    records and pairs together.  McNemar's exact test is about which scenarios were driven safely;
+    there is none where a scenario stands for several records, which depend on each other.
 
     Args:
         first: Records.
         second: Records of the same scenarios and intentions in the same order.
         resamples: Bootstrap samples.
         seed: Seed of the bootstrap.
+
+    Returns:
+        The differences; None without records.
 
     Raises:
         ValueError: The scenarios differ.
@@ -43,7 +85,7 @@ def paired_differences(
         int,
     )
     if not len(pairs):
-        return {"scenarios": 0}
+        return None
     _, scenario = np.unique([name for name, _ in names], return_inverse=True)
     by_scenario = np.zeros((int(scenario.max()) + 1, 9), int)
     np.add.at(by_scenario, (scenario, pairs), 1)
@@ -54,35 +96,40 @@ def paired_differences(
         len(by_scenario), multiplicity / len(by_scenario), size=resamples
     )
     observed, drawn = _rate_differences(counts[None]), _rate_differences(draws @ patterns)
-    result: dict[str, Any] = {"scenarios": len(by_scenario), "drives": len(pairs)}
-    for name in observed:
-        result[name] = _finite(float(observed[name][0]))
-        sample = drawn[name][np.isfinite(drawn[name])]
-        result[f"{name}_interval"] = (
-            [float(q) for q in np.quantile(sample, [0.025, 0.975])] if len(sample) else None
-        )
+    estimates = {name: _estimate(observed[name][0], drawn[name]) for name in observed}
     table = counts.reshape(3, 3)
     lost, gained = int(table[0, 1:].sum()), int(table[1:, 0].sum())
-    result["became_unsafe"], result["became_safe"] = lost, gained
-    result["mcnemar_p"] = mcnemar_p(lost, gained) if len(by_scenario) == len(pairs) else None
-    return result
+    alone = len(by_scenario) == len(pairs)
+    return PairedRates(
+        scenarios=len(by_scenario),
+        drives=len(pairs),
+        **estimates,
+        became_unsafe=lost,
+        became_safe=gained,
+        mcnemar_p=mcnemar_p(lost, gained) if alone else None,
+    )
 
 
-def with_corrected_p(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows of a table of `paired_differences`, ``mcnemar_p_holm`` beside each ``mcnemar_p``.
+def holm_p(rows: Sequence[PairedRates | None]) -> list[float | None]:
+    """McNemar's p of a table's rows after Holm's correction for all rows that have one.
 
-    Holm's correction for all rows that have one: where a table has many, some p-values are small by
-    chance.
+    Where a table has many, some p-values are small by chance.
 
     Example:
-        >>> with_corrected_p([{"mcnemar_p": 0.02}, {"mcnemar_p": 0.5}, {"mcnemar_p": None}])[0]
-        {'mcnemar_p': 0.02, 'mcnemar_p_holm': 0.04}
+        >>> safe = [SafetyRecord(str(n), "left", SAFE, 0.0, 0, 0.0, 0.0) for n in range(6)]
+        >>> stuck = [SafetyRecord(str(n), "left", UNPLANNED, 0.0, 0, 0.0, 0.0) for n in range(6)]
+        >>> holm_p([paired_differences(safe, stuck), paired_differences(safe, safe), None])
+        [0.0625, 1.0, None]
     """
-    known = [np.nan if row.get("mcnemar_p") is None else row["mcnemar_p"] for row in rows]
-    return [
-        {**row, "mcnemar_p_holm": _finite(float(p))}
-        for row, p in zip(rows, holm_adjusted(known), strict=True)
-    ]
+    known = [np.nan if row is None or row.mcnemar_p is None else row.mcnemar_p for row in rows]
+    return [_finite(float(p)) for p in holm_adjusted(known)]
+
+
+def _estimate(observed: float, drawn: np.ndarray) -> Estimate:
+    """A rate's difference and the 95 % interval of its draws."""
+    sample = drawn[np.isfinite(drawn)]
+    interval = [float(q) for q in np.quantile(sample, [0.025, 0.975])] if len(sample) else None
+    return Estimate(_finite(float(observed)), interval)
 
 
 def _rate_differences(counts: np.ndarray) -> dict[str, np.ndarray]:

@@ -22,7 +22,6 @@ from avsec_gym.experiments.chapter3.recordings import JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.metrics.clustered_shares import Share
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.pair_depth import PairDepth
@@ -108,7 +107,7 @@ def detected(
         false_alarm={criterion: detect_attack(sound, chosen[criterion]) for criterion in _CRITERIA},
         cases={
             case_name(np.flatnonzero(state).tolist()): {
-                criterion: _share(int(alarms[:, number, column].sum()), draws)
+                criterion: Share.of_counts(int(alarms[:, number, column].sum()), draws)
                 for column, criterion in enumerate(_CRITERIA)
             }
             for number, state in enumerate(states)
@@ -122,10 +121,6 @@ def _named(shares: Sequence[float] | np.ndarray) -> Measures:
         name: round(float(share), 5) if np.isfinite(share) else None
         for name, share in zip(MEASURES, shares, strict=True)
     }
-
-
-def _share(count: int, of: int) -> Share:
-    return Share(count, of, count / of, wilson_interval(count, of))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,7 +13,6 @@ from functools import partial
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts, iou_from_above
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate, PairedRates
 from avsec_gym.experiments.chapter5.settings import (
     PATCHES,
     PERTURBATIONS,
@@ -22,6 +21,8 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
 )
 from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -92,7 +93,7 @@ def corrected_rows(
 
 def gain(before: Sequence[SafetyRecord], after: Sequence[SafetyRecord]) -> Estimate:
     """Safe driving gained from one input to another in the same episodes, percentage points."""
-    paired = PairedRates.of(before, after)
+    paired = paired_differences(before, after)
     if paired is None or paired.safe_driving_rate.value is None:
         return NOTHING
     value, interval = paired.safe_driving_rate.value, paired.safe_driving_rate.interval

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import Estimate, Interval
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.json_rows import OPTIONAL
+from avsec_gym.metrics.estimate import Estimate, Interval
 from avsec_gym.report.markdown_table import interval, markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.intention import Intention

@@ -21,10 +21,10 @@ from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.decoupling import UnattackedRow
 from avsec_gym.experiments.chapter5.losses import LossRow
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import JOINT_PATCHES, NOISES, PATCHES, PERTURBATIONS
 from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.storage.json_files import read_json_object
 from studies.chapter5.headroom import NOTHING, HeadroomRow
 

@@ -9,9 +9,9 @@ from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.patch_ghosts import ghost_box
 from avsec_gym.attacks.patch_placement import random_place
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
 from avsec_gym.frame import SensorFrame
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner

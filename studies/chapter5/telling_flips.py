@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, MinIou
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.concordance import concordance
+from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.scenario.intention import Intention
 from studies.chapter5.case_measures import CaseMeasures
 from studies.chapter5.scene_precision import scene_precision

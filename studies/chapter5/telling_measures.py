@@ -15,11 +15,11 @@ import numpy as np
 from avsec_gym.experiments.chapter5.decoupling import spearman
 from avsec_gym.experiments.chapter5.losses import TRUE_ATTACKS, Sampled, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.experiments.chapter5.settings import JOINT_PATCHES, PATCHES, PERTURBATIONS
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
 from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.estimate import NOTHING, Estimate
 from studies.chapter5.case_measures import CASE_MEASURES, CaseMeasures
 
 PRECISION, LOW_PRECISION = "AP, IoU 0.7", "AP, IoU 0.5"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.thesis import NAMES, SAFE_DRIVING_WITH_GROUND_TRUTH, SAFETY
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table

@@ -96,7 +96,7 @@ def run(scenarios: Path, detections: Path) -> DrivingSafetyResults:
         detections_without_scenes_without_cars=_rows(
             main_job, DETECTIONS, lambda scene: scene.group != WITHOUT_CARS
         ),
-        differences=[row_of(DifferenceRow, row) for row in main_job.differences()],
+        differences=[row_of(DifferenceRow, row.to_json()) for row in main_job.differences()],
         detections_motion_known=_rows(aware, DETECTIONS),
         flips=_flips(main_job),
         sweep=[row_of(SweepRow, row) for row in threshold_sweep(scenes, detected, thresholds)],

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from avsec_gym.experiments.chapter5.rows import PairedRates
 from avsec_gym.experiments.json_rows import FLAT, row_of
-from avsec_gym.metrics.paired import with_corrected_p
+from avsec_gym.metrics.paired import PairedRates, holm_p
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
@@ -109,4 +108,7 @@ class DrivingSafetyResults:
         Raises:
             KeyError: A part is missing.
         """
-        return row_of(cls, {**result, "differences": with_corrected_p(result["differences"])})
+        read = row_of(cls, result)
+        corrected = holm_p([row.paired for row in read.differences])
+        rows = zip(read.differences, corrected, strict=True)
+        return replace(read, differences=[replace(row, mcnemar_p_holm=p) for row, p in rows])

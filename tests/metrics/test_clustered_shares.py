@@ -60,3 +60,8 @@ def test_intervals_hold_the_truth(rate: float, alike: float) -> None:
 
 def test_a_share_of_nothing_is_none() -> None:
     assert share_of([], []) == Share(0, 0, None, None)
+
+
+def test_plain_counts_have_wilsons_interval() -> None:
+    assert Share.of_counts(3, 8) == Share(3, 8, 3 / 8, wilson_interval(3, 8))
+    assert Share.of_counts(0, 0) == Share(0, 0, None, None)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.paired import holm_p, paired_differences
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRates, SafetyRecord
 
 
@@ -30,20 +31,24 @@ def test_differences_are_those_of_the_rates() -> None:
     found = paired_differences(first, second)
     one, two = SafetyRates.of(first), SafetyRates.of(second)
     for name in ("success_rate", "collision_rate", "safe_driving_rate"):
-        assert found[name] == pytest.approx(getattr(two, name) - getattr(one, name), abs=1e-12)
-        low, high = found[f"{name}_interval"]
-        assert low < found[name] < high
+        estimate = getattr(found, name)
+        assert estimate.value == pytest.approx(getattr(two, name) - getattr(one, name), abs=1e-12)
+        low, high = estimate.interval
+        assert low < estimate.value < high
     lost = sum(a.safe and not b.safe for a, b in zip(first, second, strict=True))
     gained = sum(b.safe and not a.safe for a, b in zip(first, second, strict=True))
-    assert (found["became_unsafe"], found["became_safe"]) == (lost, gained)
-    assert found["mcnemar_p"] == pytest.approx(binomtest(lost, lost + gained).pvalue)
+    assert (found.became_unsafe, found.became_safe) == (lost, gained)
+    assert found.mcnemar_p == pytest.approx(binomtest(lost, lost + gained).pvalue)
 
 
 def test_pairing_narrows_the_interval() -> None:
     """190 of 200 pairs agree: the difference is far surer than that of two independent samples."""
     first = [SAFE] * 100 + [UNPLANNED] * 100
     second = [SAFE] * 90 + [UNPLANNED] * 110
-    low, high = paired_differences(records(first), records(second))["safe_driving_rate_interval"]
+    found = paired_differences(records(first), records(second))
+    assert found is not None
+    assert found.safe_driving_rate.interval is not None
+    low, high = found.safe_driving_rate.interval
     spread = math.sqrt(0.05 * 0.95 / 200)
     assert low == pytest.approx(-0.05 - 1.96 * spread, abs=0.012)
     assert high == pytest.approx(-0.05 + 1.96 * spread, abs=0.012)
@@ -56,7 +61,9 @@ def test_intervals_cover_the_true_difference() -> None:
         turns = rng.random(120) < 0.1
         second = [UNPLANNED if turn else word for word, turn in zip(first, turns, strict=True)]
         found = paired_differences(records(first), records(second), resamples=1000, seed=trial)
-        low, high = found["safe_driving_rate_interval"]
+        assert found is not None
+        assert found.safe_driving_rate.interval is not None
+        low, high = found.safe_driving_rate.interval
         covered += low <= -0.08 <= high
     assert 0.88 <= covered / 200 <= 0.99
 
@@ -71,20 +78,20 @@ def test_the_seed_decides() -> None:
 def test_equal_inputs_differ_by_nothing() -> None:
     one = records([SAFE, COLLISION, UNPLANNED] * 10)
     found = paired_differences(one, one)
-    assert found["safe_driving_rate"] == 0.0
-    assert found["safe_driving_rate_interval"] == [0.0, 0.0]
-    assert found["mcnemar_p"] == 1.0
+    assert found is not None
+    assert found.safe_driving_rate == Estimate(0.0, [0.0, 0.0])
+    assert found.mcnemar_p == 1.0
 
 
 def test_without_plans_there_is_no_collision_rate() -> None:
     found = paired_differences(records([UNPLANNED] * 5), records([UNPLANNED] * 4 + [SAFE]))
-    assert found["collision_rate"] is None
-    assert found["collision_rate_interval"] is None
-    assert found["success_rate"] == pytest.approx(0.2)
+    assert found is not None
+    assert found.collision_rate == NOTHING
+    assert found.success_rate.value == pytest.approx(0.2)
 
 
 def test_nothing_and_what_does_not_match() -> None:
-    assert paired_differences([], []) == {"scenarios": 0}
+    assert paired_differences([], []) is None
     with pytest.raises(ValueError, match="same scenarios"):
         paired_differences(records([SAFE]), records([SAFE, SAFE]))
     with pytest.raises(ValueError, match="same scenarios"):
@@ -97,9 +104,31 @@ def test_records_of_one_scenario_are_drawn_together() -> None:
     first, second = (random_outcomes(rng, 150, (0.7, 0.2, 0.1)) for _ in range(2))
     once = paired_differences(records(first), records(second))
     thrice = paired_differences(records(first) * 3, records(second) * 3)
-    assert thrice["scenarios"] == once["scenarios"]
-    assert thrice["drives"] == 3 * once["drives"]
-    assert thrice["mcnemar_p"] is None
+    assert once is not None
+    assert thrice is not None
+    assert thrice.scenarios == once.scenarios
+    assert thrice.drives == 3 * once.drives
+    assert thrice.mcnemar_p is None
     for name in ("success_rate", "collision_rate", "safe_driving_rate"):
-        assert thrice[name] == pytest.approx(once[name])
-        assert thrice[f"{name}_interval"] == pytest.approx(once[f"{name}_interval"])
+        one, three = getattr(once, name), getattr(thrice, name)
+        assert three.value == pytest.approx(one.value)
+        assert three.interval == pytest.approx(one.interval)
+
+
+def test_json_has_the_interval_beside_the_rate() -> None:
+    found = paired_differences(records([SAFE] * 4), records([SAFE, SAFE, COLLISION, UNPLANNED]))
+    assert found is not None
+    row = found.to_json()
+    assert (row["scenarios"], row["became_unsafe"], row["mcnemar_p"]) == (4, 2, 0.5)
+    assert row["collision_rate"] == pytest.approx(1 / 3)
+    assert row["collision_rate_interval"] == found.collision_rate.interval
+
+
+def test_p_values_are_corrected_for_all_rows_that_have_one() -> None:
+    safe, turned = records([SAFE] * 8), records([COLLISION] * 8)
+    pair = paired_differences(safe, turned)
+    thrice = paired_differences(safe * 3, turned * 3)
+    # McNemar's p is 2 / 2^8, and three of four rows have one.
+    assert holm_p([pair, None, pair, thrice, pair]) == pytest.approx(
+        [6 / 256, None, 6 / 256, None, 6 / 256]
+    )

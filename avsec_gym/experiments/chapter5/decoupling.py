@@ -23,9 +23,10 @@ from avsec_gym.experiments.chapter5.losses import (
 )
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.pairs_of_attacks import DiscordantPairs, discordant_pairs
-from avsec_gym.experiments.chapter5.rows import Estimate, PairedRates
 from avsec_gym.experiments.chapter5.settings import UNATTACKED
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.estimate import Estimate
+from avsec_gym.metrics.paired import PairedRates, paired_differences
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ def _attack_row(outcomes: Outcomes, attack: Losses) -> AttackRow:
         outcomes.records(condition) for condition in (attack.condition.unattacked, attack.condition)
     )
     losses = (attack.precision.estimate, attack.safety.estimate)
-    return AttackRow(attack.condition, *losses, attack.counts, PairedRates.of(clean, attacked))
+    return AttackRow(attack.condition, *losses, attack.counts, paired_differences(clean, attacked))
 
 
 def _spearman(pairs: Floats) -> Floats:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from avsec_gym.attacks.side_area import RoadView
 from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats, project
+from avsec_gym.metrics.estimate import Estimate
 
 LANE_WIDTH = 3.5
 CORRIDOR = 1.5 * LANE_WIDTH

@@ -17,7 +17,6 @@ from avsec_gym.experiments.chapter5.outcomes import (
     Outcomes,
     safe_by_scenario,
 )
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import (
     JOINT_PATCHES,
     PATCHES,
@@ -28,6 +27,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, STANDARD_IOU, MinIou
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.average_precision_frames import LEVELS
+from avsec_gym.metrics.estimate import Estimate
 
 _PLACE = (0, METRICS.index("3d"), LEVELS.index("moderate"))
 _AP11 = 0

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,
@@ -18,6 +17,7 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.scenario.intention import Intention
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.losses import precision, safety
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import (
     DSGN,
     JOINT_PATCHES,
@@ -17,6 +16,7 @@ from avsec_gym.experiments.chapter5.settings import (
     WITHOUT_PYRAMID,
 )
 from avsec_gym.experiments.json_rows import FLAT
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.runs.results import Results
 
 MEASURES = {"precision": precision, "safety": safety}

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import PairedRates
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
     PATCHES,
@@ -29,6 +28,7 @@ from avsec_gym.experiments.thesis import (
 )
 from avsec_gym.metrics.average_precision import LOW_IOU
 from avsec_gym.metrics.many_comparisons import holm_adjusted
+from avsec_gym.metrics.paired import PairedRates, paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
@@ -152,7 +152,7 @@ def safety_rows(outcomes: Outcomes) -> list[SafetyRow]:
                     condition,
                     str(intention),
                     SafetyRates.of(records),
-                    PairedRates.of(before, records),
+                    paired_differences(before, records),
                     None if condition.whole_levels else thesis,
                 )
             )

@@ -25,7 +25,6 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.metrics.clustered_shares import Share
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.evidence.disparity_error import MEASURES
@@ -262,8 +261,7 @@ def _measures(shares: Floats) -> Mapping[str, float]:
 
 
 def _share(hits: ArrayLike) -> Share:
-    count, of = int(np.sum(hits)), np.size(hits)
-    return Share(count, of, count / of, wilson_interval(count, of))
+    return Share.of_counts(int(np.sum(hits)), np.size(hits))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,10 +13,10 @@ from avsec_gym.experiments.chapter5.ghost_positions import GhostCount, ghost_sum
 from avsec_gym.experiments.chapter5.ghost_shares import GhostRow
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.pyramid import PyramidRow
-from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate, PairedRates
 from avsec_gym.experiments.chapter5.seen import SeenRow
 from avsec_gym.experiments.chapter5.tables import precision_rows
 from avsec_gym.experiments.json_rows import as_json, row_json, row_of
+from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.paired import paired_differences
 
 CONDITION = Condition("dsgn", "thesis_pgd-1", 4.0)
@@ -65,9 +65,9 @@ def test_a_key_may_be_no_name_in_python(made: ModuleType) -> None:
     json.dumps(row, allow_nan=False)
 
 
-def test_paired_rates_are_those_of_the_metric(made: ModuleType) -> None:
+def test_paired_rates_of_a_row_are_those_of_the_metric(made: ModuleType) -> None:
     before = [made.record(name, "left") for name in made.names(4)]
     after = [made.record(name, "left", "collision") for name in made.names(4)]
-    paired = PairedRates.of(before, after)
-    assert as_json(paired) == paired_differences(before, after)
-    assert PairedRates.of([], []) is None
+    paired = paired_differences(before, after)
+    assert paired is not None
+    assert as_json(paired) == paired.to_json()

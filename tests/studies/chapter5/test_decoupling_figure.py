@@ -12,8 +12,8 @@ from PIL import Image
 
 from avsec_gym.experiments.chapter5.decoupling import decoupling
 from avsec_gym.experiments.chapter5.outcomes import Condition
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.json_rows import as_json
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import SafetyRates
 from studies.chapter5.decoupling_figure import main
 from studies.chapter5.headroom import NOTHING, TRUTH, HeadroomRow

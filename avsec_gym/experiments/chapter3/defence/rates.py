@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 from avsec_gym.emergency_stop import STOPPED
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
-from avsec_gym.experiments.chapter5.rows import PairedRates
 from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.metrics.clustered_shares import Share, share_of
+from avsec_gym.metrics.paired import PairedRates, paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.recordings import drive_of
@@ -217,7 +217,7 @@ def _worth(
         ),
         given_up=_share((id, not now.planned) for id, was, now in were if was.safe),
         stopped=_share((id, now.reason == STOPPED) for id, now in frames),
-        paired=PairedRates.of([was for was, _ in pairs], [now for _, now in pairs]),
+        paired=paired_differences([was for was, _ in pairs], [now for _, now in pairs]),
     )
 
 

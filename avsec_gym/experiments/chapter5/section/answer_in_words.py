@@ -17,8 +17,8 @@ from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.decoupling import Decoupling, RankCorrelation, UnattackedRow
 from avsec_gym.experiments.chapter5.losses import LossRow
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS
+from avsec_gym.metrics.estimate import Estimate
 
 FEWEST = 3
 """Attacks that a rank correlation needs."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.drawing.page_table import TableCell, figure
-from avsec_gym.experiments.chapter5.rows import Estimate
+from avsec_gym.metrics.estimate import Estimate
 
 
 def estimate_cell(

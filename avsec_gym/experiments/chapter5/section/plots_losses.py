@@ -20,7 +20,6 @@ from avsec_gym.drawing.page_plots import (
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.losses import LossRow
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,
@@ -33,6 +32,7 @@ from avsec_gym.experiments.chapter5.settings import (
     thesis_setting,
 )
 from avsec_gym.experiments.thesis import LEVELS, PRECISION, SAFETY
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.scenario.intention import Intention
 
 LossRows = Sequence[LossRow]

@@ -14,8 +14,8 @@ from avsec_gym.experiments.chapter5.decoupling import (
 )
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.pairs_of_attacks import DiscordantPairs
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.section.answer_in_words import answer
+from avsec_gym.metrics.estimate import Estimate
 
 
 def losses(

@@ -8,10 +8,10 @@ import pytest
 
 from avsec_gym.experiments.chapter5.losses import LossRow
 from avsec_gym.experiments.chapter5.outcomes import Condition
-from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend, thesis_losses
 from avsec_gym.experiments.chapter5.section.plots_steps import draw_precision
 from avsec_gym.experiments.chapter5.tables import PrecisionRow
+from avsec_gym.metrics.estimate import Estimate
 
 
 def attack(detector: str, name: str, x: float, y: float, strength: float = 0.0) -> LossRow:
