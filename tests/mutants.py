@@ -8,7 +8,7 @@
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The fast tests of the module's room that execute the changed line (by coverage without
 the change) are run, those of the module's name first; a mutant that all of them pass survives.
-Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``).
+Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
 """
 
 from __future__ import annotations
@@ -43,6 +43,8 @@ ROOMS = ("attacks", "metrics", "planners", "validation", "pipeline.py")
 PATIENCE = 3.0
 """As many times their usual duration, and a minute, after which tests count as failed: a mutant
 may loop for ever."""
+NEAREST = 8
+"""So many files of tests are run where not all of a room's are."""
 _ONE_AT_A_TIME = Lock()
 PASSED = (0, 5)
 """What pytest ends with where nothing failed, or there was no test."""
@@ -102,20 +104,24 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 
 @cache
-def tests_of(module: str) -> tuple[str, ...]:
-    """The tests of a module's room, or those nearest to a room of one file."""
-    inside = Path(module).relative_to("avsec_gym")
-    room = Path("tests", inside.parts[0])
-    if not room.suffix:
+def tests_of(module: str, kernels: bool) -> tuple[str, ...]:
+    """The tests of a module's room.
+
+    Of a room of one file, those nearest to it; where kernels are slow, being Python, likewise.
+    """
+    room = Path("tests", Path(module).parts[1])
+    if not (room.suffix or kernels):
         return (str(room),)
-    command = [sys.executable, str(ROOT / "tests/which.py"), f"avsec_gym.{inside.stem}"]
+    command = [sys.executable, str(ROOT / "tests/which.py"), module]
     lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    return tuple(line.split()[0] for line in lines.splitlines())
+    nearest = [line.split()[0] for line in lines.splitlines()]
+    own = [test for test in nearest if room.suffix or Path(test).is_relative_to(room)]
+    return tuple(own[:NEAREST])
 
 
 def killed_by(copy: Path, kernels: bool, mutant: Mutant) -> str:
     """The test that fails; empty if the mutant survives."""
-    usual = unmutated(kernels, tests_of(mutant.module))
+    usual = unmutated(kernels, tests_of(mutant.module, kernels))
     tests = usual.that_execute(mutant)
     if not tests:
         return ""
