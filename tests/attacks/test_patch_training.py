@@ -98,13 +98,20 @@ def expected_loss(detector: Any, patch: Patch, scenes: Scenes) -> float:
 def test_the_expected_loss_to_the_ghosts_falls(tmp_path: Path) -> None:
     detector = StandIn()
     told: list[Any] = []
+    epochs: dict[int, float] = {}
     patch = train_patch(
         [detector],
         Scenes(),
         SETTINGS,
         tmp_path,
         on_progress=lambda done, steps: told.append((done, steps)),
+        on_epoch=lambda epoch, losses: epochs.update({epoch: losses["stand-in"]}),
     )
+    curve = [row["losses"]["stand-in"] for row in read_curves(tmp_path)]
+    # Four scenes, two of them in each step.
+    assert epochs == {
+        epoch: pytest.approx(np.mean(curve[2 * epoch - 2 : 2 * epoch])) for epoch in range(1, 9)
+    }
     trained = expected_loss(detector, patch, Scenes(8))
     for control in (Patch.grey(12), Patch.noise(radius=12)):
         assert trained < 0.9 * expected_loss(detector, control, Scenes(8))
