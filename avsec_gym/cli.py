@@ -59,6 +59,17 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
     "experiments": "avsec_gym.commands.experiments:Experiments",
     "run": "avsec_gym.commands.run:Run",
     "report": "avsec_gym.commands.report:Report",
+    "benchmark": CommandGroup(
+        "The frozen benchmark: enter a part of your own, and see all entries side by side.",
+        {
+            "detector": "avsec_gym.commands.benchmark:BenchmarkDetector",
+            "attack": "avsec_gym.commands.benchmark:BenchmarkAttack",
+            "validator": "avsec_gym.commands.benchmark:BenchmarkValidator",
+            "planner": "avsec_gym.commands.benchmark:BenchmarkPlanner",
+            "frames": "avsec_gym.commands.benchmark:BenchmarkFrames",
+            "board": "avsec_gym.commands.benchmark:BenchmarkBoard",
+        },
+    ),
     "plan": "avsec_gym.commands.plan:PlanFiles",
     "drive": "avsec_gym.commands.drive:DriveInTraffic",
     "draw": "avsec_gym.commands.draw:Draw",

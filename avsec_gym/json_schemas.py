@@ -25,6 +25,7 @@ SCHEMAS: Mapping[str, int] = {
     "experiments": 1,
     "run": 1,
     "report": 2,
+    "benchmark.entry": 1,
     "plan": 1,
     "data.check": 1,
     "world.make": 1,

@@ -8,7 +8,7 @@ ones, standing, drives safely.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, islice
 from pathlib import Path
@@ -23,6 +23,7 @@ from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import scene_of_layout
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.export.data_set import Progress
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.recipe import Sensors
@@ -89,7 +90,7 @@ def contested_layouts(scenes: int | None = None, *, seed: int = 0) -> SceneSet:
         ConfigurationError: Another number of scenes.
     """
     wanted = whole_number("scenes", LAYOUTS if scenes is None else scenes, 1, MOST_LAYOUTS)
-    numbers = tuple(islice(_numbers(seed), wanted))
+    numbers = tuple(islice(contested_numbers(seed), wanted))
     every = tuple(scene_of_layout(generate_layout(n, set_seed=seed), seed) for n in numbers)
     return replace(contested(SceneSet("", every)), name="mixed_contested")
 
@@ -113,9 +114,7 @@ def contested_frames(
     return cached(f"contested-{seed}-{frames}", recipe, on_progress=on_progress)
 
 
-def contested_recipe(
-    frames: int, *, seed: int = 0, sensors: Sensors = Sensors()
-) -> ContestedFrames:
+def contested_recipe(frames: int, *, seed: int = 0, sensors: Sensors = Sensors()) -> ChosenFrames:
     """How the first contested scenes of a set of layouts are rendered.
 
     Args:
@@ -127,24 +126,50 @@ def contested_recipe(
         ConfigurationError: A number of frames that is not from 1 to `MOST_LAYOUTS`.
     """
     whole_number("frames", frames, 1, MOST_LAYOUTS)
-    numbers = tuple(islice(_numbers(seed), frames))
-    return ContestedFrames("mixed", frames, seed, sensors, numbers=numbers)
+    numbers = tuple(islice(contested_numbers(seed), frames))
+    return chosen_recipe(numbers, seed=seed, sensors=sensors, chosen="contested")
+
+
+def chosen_recipe(
+    numbers: Sequence[int],
+    *,
+    seed: int = 0,
+    sensors: Sensors = Sensors(),
+    assets: Assets = Assets.ALL,
+    chosen: str | Sequence[int] | None = None,
+) -> ChosenFrames:
+    """How some scenes of a set of layouts are rendered.
+
+    Args:
+        numbers: The numbers of the layouts.
+        seed: Seed of the set of layouts.
+        sensors: What is rendered of each.
+        assets: The part of the assets that all places and actors are made of.
+        chosen: The rule that chose them, if it has a name; None: the numbers stand for themselves.
+    """
+    rule = [*numbers] if chosen is None else chosen
+    frames = len(numbers)
+    return ChosenFrames(
+        "mixed", frames, seed, sensors, assets=assets, numbers=tuple(numbers), chosen=rule
+    )
 
 
 @dataclass(frozen=True, eq=False)
-class ContestedFrames(LayoutFrames):
+class ChosenFrames(LayoutFrames):
     """Those of a suite's frames whose numbers are given.
 
     Args:
         numbers: The numbers of the layouts.
+        chosen: The rule that chose them.
     """
 
     numbers: tuple[int, ...] = ()
+    chosen: str | Sequence[int] = ()
 
     @property
     def settings(self) -> dict[str, Any]:
         """See `Recipe`."""
-        return super().settings | {"chosen": "contested"}
+        return super().settings | {"chosen": self.chosen}
 
     def last_file(self, number: int) -> str:
         """See `Recipe`."""
@@ -155,8 +180,12 @@ class ContestedFrames(LayoutFrames):
         return super().make(root, self.numbers[number])
 
 
-def _numbers(seed: int) -> Iterator[int]:
-    """Numbers of the contested layouts of a set."""
+def contested_numbers(seed: int) -> Iterator[int]:
+    """Numbers of the contested layouts of a set, without end.
+
+    Args:
+        seed: Seed of the set of layouts.
+    """
     for number in count():
         scene = scene_of_layout(generate_layout(number, set_seed=seed), seed)
         if any(is_contested(scene, way) for way in Intention):

@@ -1,0 +1,7 @@
+"""The frozen benchmark: scene sets, the protocol of each kind of entry, entries, leaderboard.
+
+An entry is the pipeline with one part taken out: the entered detector, attack, validator or planner
+stands in its place, and all other parts are those of the version.  `scene_sets` holds the scenes,
+`protocol` what is done in them, `episodes` does it, `entry` is the result, `leaderboard` compares
+entries.
+"""

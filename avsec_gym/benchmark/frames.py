@@ -1,0 +1,80 @@
+"""The frames of the benchmark for detectors of other projects, unattacked and under attack."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from avsec_gym.attacks.attack import LEFT, RIGHT
+from avsec_gym.benchmark.protocol import unknowing_attacks
+from avsec_gym.benchmark.scene_sets import frozen_sets
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.sensor_files import write_image
+from avsec_gym.pipeline import Pipeline
+from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.regular_files import is_there
+
+_COPIED = {"calib": ".txt", "velodyne": ".bin"}
+"""What no attack changes; labels are not handed out."""
+
+
+def write_frames(
+    root: Path,
+    *,
+    quick: bool = False,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Path]:
+    """Write the frames; those that are there are kept.
+
+    The attacks are those on a detector that nobody knows: by the gradients of the package's DSGN,
+    and the patch. The pixels are the ones that an entry by name is driven by.
+
+    Args:
+        root: Folder; each set and setting has one of its own, ``root/SCENES/SETTING``.
+        quick: Whether those of a quick entry.
+        on_progress: Called with the number of frames that are there and that of all.
+
+    Returns:
+        The folders.
+
+    Raises:
+        DataError: They cannot be written.
+    """
+    # The detector takes no part: these attacks bring their own, or none.
+    pipelines = {
+        setting: Pipeline("oracle", attack) for setting, attack in unknowing_attacks("").items()
+    }
+    sets = [(frozen, frozen.frames(quick=quick)) for frozen in frozen_sets().values()]
+    total = sum(len(scenes) for _, scenes in sets) * len(pipelines)
+    folders, done = [], 0
+    for frozen, scenes in sets:
+        frozen.check()
+        for setting, pipeline in pipelines.items():
+            folder = root / frozen.name / setting
+            for part in ("image_2", "image_3", *_COPIED):
+                make_folder(folder / "training" / part)
+            folders.append(folder)
+            for scene in scenes.scenes.labelled:
+                _write(folder / "training", scenes, scene, pipeline)
+                done += 1
+                on_progress(done, total)
+    return folders
+
+
+def _write(folder: Path, scenes: FrameScenes, scene: Scene, pipeline: Pipeline) -> None:
+    """One frame; the right image is written last, and tells that all is there."""
+    if is_there(folder / "image_3" / f"{scene.id}.png"):
+        return
+    source = scenes.data[scene.id].folder
+    for part, suffix in _COPIED.items():
+        file = f"{part}/{scene.id}{suffix}"
+        shutil.copyfile(source / file, folder / file)
+    frame: SensorFrame = pipeline.tampered(
+        scene, scenes.frame(scene), seed=(0, scene.number), disparity=scenes.disparity(scene)
+    )
+    for camera in (LEFT, RIGHT):
+        path = folder / f"image_{camera}" / f"{scene.id}.png"
+        write_image(path, frame.image(camera), overwrite=True)

@@ -1,0 +1,207 @@
+"""Entries of one version side by side: a table for each kind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from avsec_gym.benchmark.entry import Entry, EntryRow
+from avsec_gym.benchmark.protocol import (
+    DETECTORS,
+    OPTICAL,
+    PATCH,
+    TRANSFERRED,
+    TRUTH,
+    UNATTACKED,
+    VALIDATED,
+    WHITE_BOX,
+    Entered,
+)
+from avsec_gym.benchmark.scene_sets import VERSION
+from avsec_gym.drawing.page_table import Table, TableCell, figure, name
+from avsec_gym.metrics.clustered_shares import Share
+from avsec_gym.metrics.estimate import Estimate
+from avsec_gym.runs.section import Section
+
+ALL, CONTESTED = "all", "contested"
+_SAFE = "Safe driving rates in percent, on contested scenes; in brackets 95 % intervals."
+
+
+def board(entries: Iterable[Entry]) -> list[Section]:
+    """A section for each kind of entry, best first.
+
+    Args:
+        entries: Entries of this version, none of them quick.
+    """
+    makers = {
+        Entered.DETECTOR: _detectors,
+        Entered.ATTACK: _attacks,
+        Entered.VALIDATOR: _validators,
+        Entered.PLANNER: _planners,
+    }
+    by_kind: dict[Entered, list[Entry]] = {}
+    for entry in entries:
+        by_kind.setdefault(entry.kind, []).append(entry)
+    sections = []
+    for kind, make in makers.items():
+        if own := by_kind.get(kind):
+            title = f"{str(kind).capitalize()}s"
+            sections.append(Section(f"{kind}s", title, parts=[make(own)]))
+    return sections
+
+
+def left_out(entry: Entry) -> str:
+    """Why an entry is on no leaderboard of this version; empty: it is on it."""
+    if entry.version != VERSION:
+        return f"is of version {entry.version} of the benchmark; this is version {VERSION}"
+    if entry.quick:
+        return "is a quick entry: make it without --quick"
+    if entry.failed:
+        return f"lacks {entry.failed} scenes, which failed"
+    return ""
+
+
+def _detectors(entries: Sequence[Entry]) -> Table:
+    settings = (UNATTACKED, TRANSFERRED, WHITE_BOX, PATCH)
+    titles = {WHITE_BOX: "own gradients", TRANSFERRED: "other's gradients"}
+    columns = ["detector", "known to the attacker", "broken by knowing it"]
+    columns += [f"safe, {titles.get(setting, setting)}" for setting in settings]
+    columns += [f"AP, {titles.get(setting, setting)}" for setting in settings]
+    rows = [
+        [
+            _named(entry),
+            name("white box" if entry.white_box else "black box"),
+            TableCell(
+                "yes" if entry.broken else "no", tone="bad" if entry.broken else "", words=True
+            ),
+            *(_safe(entry.row(CONTESTED, setting)) for setting in settings),
+            *(_precision(entry.row(ALL, setting)) for setting in settings),
+        ]
+        for entry in _best_first(entries, CONTESTED, UNATTACKED)
+    ]
+    note = (
+        f"{_SAFE} AP: average precision of moderate cars in 3D at an overlap of 0.7, 11 recall "
+        "points, on all scenes. Attacks: projected gradient descent, 4 grey levels, 7 steps; a "
+        "patch that was trained against both of the package's detectors. Broken by knowing it: an "
+        "attack by its own gradients makes fewer drives safe than one by another detector's, the "
+        "whole interval of the paired difference below 0."
+    )
+    return Table("Detectors", columns, rows, note, names=3, sortable=True, filters=(1, 2))
+
+
+def _attacks(entries: Sequence[Entry]) -> Table:
+    columns = ["attack"]
+    columns += [f"safe under it, {detector}" for detector in DETECTORS]
+    columns += [f"change of safe, {detector}" for detector in DETECTORS]
+    columns += [f"AP under it, {detector}" for detector in DETECTORS]
+    rows = []
+    for entry in _best_first(entries, CONTESTED, f"{DETECTORS[0]} attacked", reverse=False):
+        found = [entry.row(CONTESTED, f"{detector} attacked") for detector in DETECTORS]
+        seen = [entry.row(ALL, f"{detector} attacked") for detector in DETECTORS]
+        rows.append(
+            [
+                _named(entry),
+                *map(_safe, found),
+                *map(_difference, found),
+                *map(_precision, seen),
+            ]
+        )
+    note = f"{_SAFE} Changes are against the same drives without the attack, in points."
+    return Table("Attacks", columns, rows, note, sortable=True)
+
+
+def _validators(entries: Sequence[Entry]) -> Table:
+    cases = (UNATTACKED, *OPTICAL)
+    columns = ["validator", "false alarms, %"]
+    columns += [f"alarms, {case}, %" for case in OPTICAL]
+    columns += [f"named, {case}, %" for case in OPTICAL]
+    columns += [f"change of safe, {case}" for case in cases]
+    rows = []
+    for entry in _best_first(entries, CONTESTED, f"{next(iter(OPTICAL))}{VALIDATED}"):
+        seen = [entry.row(ALL, case + VALIDATED) for case in cases]
+        driven = [entry.row(CONTESTED, case + VALIDATED) for case in cases]
+        rows.append(
+            [
+                _named(entry),
+                *(_share(row.alarms if row else None) for row in seen),
+                *(_share(row.named if row else None) for row in seen[1:]),
+                *map(_difference, driven),
+            ]
+        )
+    note = (
+        "Alarms and named sensors on all scenes. Changes of the safe driving rate on contested "
+        "scenes, in points: the car stops at an alarm, against the same drives without a validator."
+    )
+    return Table("Validators", columns, rows, note, sortable=True)
+
+
+def _planners(entries: Sequence[Entry]) -> Table:
+    columns = ["planner", "safe, all, %", "safe, contested, %", "collisions, all, %"]
+    columns += ["travel time, s", "cost SM1"]
+    rows = []
+    for entry in _best_first(entries, ALL, TRUTH):
+        every, telling = entry.row(ALL, TRUTH), entry.row(CONTESTED, TRUTH)
+        rates = every.rates if every is not None else None
+        found = rates.to_json() if rates is not None else {}
+        rows.append(
+            [
+                _named(entry),
+                _safe(every),
+                _safe(telling),
+                figure(
+                    found.get("collision_rate"), found.get("collision_rate_interval"), scale=100
+                ),
+                figure(found.get("mean_travel_time"), digits=2),
+                figure(found.get("mean_sm1_cost"), digits=1),
+            ]
+        )
+    return Table("Planners", columns, rows, "Planners know the truth.", sortable=True)
+
+
+def _best_first(
+    entries: Sequence[Entry], scenes: str, setting: str, *, reverse: bool = True
+) -> list[Entry]:
+    def rate(entry: Entry) -> float:
+        row = entry.row(scenes, setting)
+        return -1.0 if row is None else row.rates.safe_driving_rate
+
+    return sorted(entries, key=lambda entry: (rate(entry), entry.name), reverse=reverse)
+
+
+def _named(entry: Entry) -> TableCell:
+    made = f"avsec_gym {entry.made_by.get('avsec_gym', '?')}"
+    world = f", world {entry.world}" if entry.world else ""
+    return name(entry.name, hint=f"{made}{world}")
+
+
+def _safe(row: EntryRow | None) -> TableCell:
+    if row is None:
+        return figure(None)
+    rates = row.rates.to_json()
+    return figure(
+        rates["safe_driving_rate"],
+        rates["safe_driving_rate_interval"],
+        scale=100,
+        hint=f"{row.rates.scenarios} drives",
+    )
+
+
+def _difference(row: EntryRow | None) -> TableCell:
+    if row is None or row.paired is None:
+        return figure(None)
+    return _estimate(row.paired.safe_driving_rate, scale=100, signed=True)
+
+
+def _precision(row: EntryRow | None) -> TableCell:
+    if row is None or row.precision is None:
+        return figure(None)
+    return _estimate(row.precision.strict)
+
+
+def _estimate(estimate: Estimate, *, scale: float = 1.0, signed: bool = False) -> TableCell:
+    return figure(estimate.value, estimate.interval, scale=scale, signed=signed)
+
+
+def _share(share: Share | None) -> TableCell:
+    if share is None:
+        return figure(None)
+    return figure(share.rate, share.interval, scale=100, hint=f"{share.count} of {share.of} frames")

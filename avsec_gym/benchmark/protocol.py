@@ -1,0 +1,171 @@
+"""What is done to each kind of entry: the pipeline's settings, the entered part in its place.
+
+A detector is driven by as it is, under an attack that takes its own gradients where it has any,
+under one that takes another detector's, and beside a printed patch that was trained against both of
+the package's.  An attack is tried on both detectors of the package; a validator on a camera and a
+LiDAR that light shines into, and where nothing does; a planner knows the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.attacks.attacked_detector import attack_kind
+from avsec_gym.attacks.patch_files import shipped_patch
+from avsec_gym.errors import DataError
+from avsec_gym.perception.detectors.detector import DifferentiableDetector
+from avsec_gym.registry import Kind, check, made_part
+from avsec_gym.storage.regular_files import is_folder
+
+DETECTORS = ("dsgn", "stereo_rcnn")
+"""Those of the package that attacks are tried on, and whose gradients a stranger's attack takes."""
+PERTURBATION = {"name": "projected_pgd", "epsilon": 4.0, "steps": 7}
+UNATTACKED, WHITE_BOX, TRANSFERRED, PATCH = "unattacked", "white_box", "transferred", "patch"
+TRUTH = "truth"
+VALIDATED = " validated"
+"""What the names of a validator's settings end with where it stands before the detector."""
+OPTICAL = {
+    "facula": ("dsgn", {"name": "facula", "camera": 2}),
+    "lidar_spoofing": ("pixor", {"name": "lidar_spoofing"}),
+}
+"""A validator's cases: the detector that the tampered sensor serves, and the attack on it."""
+
+
+class Entered(StrEnum):
+    """The part that an entry brings."""
+
+    DETECTOR = "detector"
+    ATTACK = "attack"
+    VALIDATOR = "validator"
+    PLANNER = "planner"
+
+    @property
+    def sees(self) -> bool:
+        """Whether frames are needed, not the objects alone."""
+        return self != Entered.PLANNER
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The pipeline as it is driven by once.
+
+    Args:
+        name: Name of the setting in an entry.
+        parts: Arguments of `avsec_gym.pipeline.Pipeline`; None: the truth is planned on.
+        planner: The planner.
+        against: The setting that it is compared with, drive by drive; empty: none.
+    """
+
+    name: str
+    parts: Mapping[str, Any] | None
+    planner: Any = "astar"
+    against: str = ""
+
+
+def settings_of(kind: Entered, part: Any, scenes: str) -> list[Setting]:
+    """The settings of an entry, in the order of its rows.
+
+    Args:
+        kind: What is entered.
+        part: The part, by name or as a dictionary; of a detector also ``replayed``, whose folder
+            holds one of KITTI result files for each setting, ``SCENES/SETTING``.
+        scenes: Name of the set of scenes, which names such a folder.
+
+    Raises:
+        ConfigurationError: There is no such part.
+        DataError: A folder of results is missing.
+    """
+    if kind == Entered.PLANNER:
+        check(Kind.PLANNER, part)
+        return [Setting(TRUTH, None, part)]
+    if kind == Entered.ATTACK:
+        check(attack_kind(part), part)
+        return [
+            setting
+            for name in DETECTORS
+            for setting in (
+                Setting(name, {"detector": name}),
+                Setting(f"{name} attacked", {"detector": name, "attack": part}, against=name),
+            )
+        ]
+    if kind == Entered.VALIDATOR:
+        check(Kind.VALIDATOR, part)
+        return _validated(part)
+    if is_replayed(part):
+        return _of_results(Path(part["detections"]) / scenes)
+    check(Kind.DETECTOR, part)
+    return _attacked(part)
+
+
+def is_replayed(part: Any) -> bool:
+    """Whether a detector is known by its results alone."""
+    return isinstance(part, Mapping) and part.get("name") == "replayed"
+
+
+def is_white_box(part: Any) -> bool:
+    """Whether an attack can take the gradients of a detector."""
+    return isinstance(made_part("detector", Kind.DETECTOR, part), DifferentiableDetector)
+
+
+def unknowing_attacks(part: Any) -> dict[str, dict[str, Any] | None]:
+    """The attacks on a detector by who does not know it, by the names of their settings.
+
+    Args:
+        part: The detector.
+    """
+    name = part if isinstance(part, str) else part["name"]
+    of = DETECTORS[1] if name == DETECTORS[0] else DETECTORS[0]
+    transferred = {"name": "transferred", "attack": PERTURBATION, "of": of}
+    patch = {"name": "patch", "patch": str(shipped_patch("joint"))}
+    return {UNATTACKED: None, TRANSFERRED: transferred, PATCH: patch}
+
+
+def _attacked(part: Any) -> list[Setting]:
+    attacks = unknowing_attacks(part)
+    if is_white_box(part):
+        attacks[WHITE_BOX] = {**PERTURBATION}
+    return [
+        Setting(name, {"detector": part, "attack": attack}, against=UNATTACKED if attack else "")
+        for name, attack in attacks.items()
+    ]
+
+
+def _of_results(folder: Path) -> list[Setting]:
+    """The settings that there are results of."""
+    names = [name for name in (UNATTACKED, TRANSFERRED, PATCH) if is_folder(folder / name)]
+    if UNATTACKED not in names:
+        raise DataError(
+            "There is no such folder of KITTI result files.",
+            path=folder / UNATTACKED,
+            remedy="`avsec benchmark frames --out DIR` writes the frames; a detector's results on"
+            " DIR/SCENES/SETTING lie in SCENES/SETTING.",
+        )
+    return [
+        Setting(
+            name,
+            {"detector": {"name": "replayed", "detections": str(folder / name)}},
+            against=UNATTACKED if name != UNATTACKED else "",
+        )
+        for name in names
+    ]
+
+
+def _validated(part: Any) -> list[Setting]:
+    cases: list[tuple[str, str, Any]] = [(UNATTACKED, DETECTORS[0], None)]
+    cases += [(name, detector, attack) for name, (detector, attack) in OPTICAL.items()]
+    return [
+        setting
+        for name, detector, attack in cases
+        for setting in (
+            Setting(name, {"detector": detector, "attack": attack}),
+            Setting(
+                f"{name}{VALIDATED}",
+                {"detector": detector, "attack": attack, "validator": part},
+                against=name,
+            ),
+        )
+    ]

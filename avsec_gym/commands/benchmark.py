@@ -1,0 +1,220 @@
+"""`avsec benchmark`: entries of the frozen benchmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import tyro
+
+from avsec_gym import console
+from avsec_gym.errors import ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    from avsec_gym.benchmark.entry import Entry, EntryRow
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Enter:
+    """What all kinds of entries are asked."""
+
+    kind: ClassVar[str]
+
+    part: Annotated[str, tyro.conf.Positional]
+    """By name, a plug-in's too, or JSON with arguments."""
+    out: Path
+    """Folder of the entry: new, empty, or of the same entry, which goes on. entry.json is the
+    result."""
+    name: str | None = None
+    """What the leaderboard calls it.  Default: the part's name."""
+    quick: bool = False
+    """A few scenes, to try: five minutes on two cores, and no row of a leaderboard."""
+    workers: int | None = None
+    """Processes, as of `avsec run`."""
+    threads: int | None = None
+    """Of each process, as of `avsec run`."""
+    json: bool = False
+    """Print the entry as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code: 3 where scenes could not be driven."""
+        from avsec_gym.benchmark.entry import ENTRY, entered
+        from avsec_gym.benchmark.protocol import Entered
+
+        with console.progress("driving") as shown:
+            entry = entered(
+                Entered(self.kind),
+                self._part,
+                self.out,
+                name=self.name,
+                quick=self.quick,
+                workers=self.workers,
+                threads=self.threads,
+                on_progress=shown,
+            )
+        if self.json:
+            console.print_json("benchmark.entry", entry.to_json())
+        else:
+            _print(entry)
+            left = f", {entry.failed} scenes failed: run.log states why" if entry.failed else ""
+            console.say(f"{self.out / ENTRY}: version {entry.version}{left}")
+        return console.DONE_IN_PART if entry.failed else console.DONE
+
+    @property
+    def _part(self) -> Any:
+        from avsec_gym.commands.named_part import named_part
+
+        return named_part(self.part, f"the {self.kind}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkDetector(_Enter):
+    """Enter a detector: how a car drives by what it sees, unattacked and under attacks.
+
+    Instead of a detector's name, a folder of its KITTI result files may be given:
+    SCENES/SETTING/000000.txt, for the frames that `avsec benchmark frames` writes.
+    """
+
+    kind = "detector"
+
+    @property
+    def _part(self) -> Any:
+        from avsec_gym.storage.regular_files import is_folder
+
+        if is_folder(Path(self.part)):
+            return {"name": "replayed", "detections": str(Path(self.part).resolve())}
+        return super()._part
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkAttack(_Enter):
+    """Enter an attack: what it costs the package's detectors, which it may know, and the drives."""
+
+    kind = "attack"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkValidator(_Enter):
+    """Enter a validator: its alarms with light into camera or LiDAR and without, and the drives."""
+
+    kind = "validator"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkPlanner(_Enter):
+    """Enter a motion planner, which knows the truth; no image is rendered."""
+
+    kind = "planner"
+
+
+@dataclass(frozen=True)
+class BenchmarkFrames:
+    """Write the frames that a detector of another project looks at, in KITTI's object layout.
+
+    OUT/SCENES/SETTING holds those of one set of scenes under one attack. What the detector sees in
+    them, as KITTI result files RESULTS/SCENES/SETTING/000000.txt, is entered by `avsec benchmark
+    detector RESULTS --out DIR`.
+    """
+
+    out: Path
+    """Folder: new, empty, or of the same frames, which are gone on with."""
+    quick: bool = False
+    """Those of a quick entry."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.benchmark.frames import write_frames
+
+        with console.progress("attacking") as shown:
+            folders = write_frames(self.out, quick=self.quick, on_progress=shown)
+        for folder in folders:
+            console.say(str(folder))
+        return console.DONE
+
+
+@dataclass(frozen=True)
+class BenchmarkBoard:
+    """Write the leaderboard of entries as one HTML page."""
+
+    entries: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """Files entry.json, or folders in which they are, at any depth."""
+    out: Path = Path("leaderboard.html")
+    """The page."""
+    overwrite: bool = False
+    """Write over the page if it is there."""
+
+    def run(self) -> int:
+        """Do it; the exit code: 3 where entries were left out."""
+        from avsec_gym.benchmark.entry import read_entry
+        from avsec_gym.benchmark.leaderboard import left_out
+        from avsec_gym.report.leaderboard_page import leaderboard_page
+        from avsec_gym.storage.text_files import write_text
+
+        kept, code = [], console.DONE
+        for path in self._files():
+            entry = read_entry(path)
+            if reason := left_out(entry):
+                console.say(f"avsec: left out: {path} {reason}")
+                code = console.DONE_IN_PART
+            else:
+                kept.append(entry)
+        if not kept:
+            raise DataError(
+                "None of these entries is fit for the leaderboard.",
+                path=self.entries[0],
+                remedy="Make one with `avsec benchmark KIND NAME --out DIR`, without --quick.",
+            )
+        write_text(self.out, leaderboard_page(kept), overwrite=self.overwrite)
+        console.say(f"{self.out}: {len(kept)} entries")
+        return code
+
+    def _files(self) -> list[Path]:
+        """The files of all entries.
+
+        Raises:
+            ConfigurationError: None was named.
+            DataError: There is none in a folder.
+        """
+        from avsec_gym.benchmark.entry import ENTRY
+        from avsec_gym.storage.regular_files import is_folder
+
+        if not self.entries:
+            raise ConfigurationError("name entries: avsec benchmark board FILE_OR_FOLDER...")
+        files = []
+        for path in self.entries:
+            found = sorted(path.rglob(ENTRY)) if is_folder(path) else [path]
+            if not found:
+                raise DataError(
+                    f"There is no {ENTRY} in this folder.",
+                    path=path,
+                    remedy="Make an entry with `avsec benchmark KIND NAME --out DIR`.",
+                )
+            files += found
+        return files
+
+
+def _print(entry: Entry) -> None:
+    """The table of an entry."""
+    columns = ["scenes", "setting", "safe, %", "against", "difference", "AP 3D .7", "alarms, %"]
+    rows = [_cells(row) for row in entry.rows]
+    used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
+    console.print_table(
+        f"{entry.kind} {entry.name}",
+        [columns[i] for i in used],
+        [[row[i] for i in used] for row in rows],
+    )
+
+
+def _cells(row: EntryRow) -> list[str]:
+    rates = row.rates.to_json()
+    safe = console.percent(rates["safe_driving_rate"], rates["safe_driving_rate_interval"])
+    difference = ""
+    if row.paired is not None:
+        own = row.paired.safe_driving_rate
+        difference = console.percent(own.value, None if own.interval is None else [*own.interval])
+    precision = "" if row.precision is None else f"{row.precision.strict.value:.1f}"
+    alarms = ""
+    if row.alarms is not None:
+        alarms = console.percent(row.alarms.rate, [*(row.alarms.interval or ())] or None)
+    return [row.scenes, row.setting, safe, row.against, difference, precision, alarms]
