@@ -19,7 +19,9 @@ from avsec_gym.attacks.patch_files import shipped_patch
 from avsec_gym.errors import DataError
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.registry import Kind, check, made_part
+from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.validation.shipped import FitKind, shipped_file
 
 DETECTORS = ("dsgn", "stereo_rcnn")
 """Those of the package that attacks are tried on, and whose gradients a stranger's attack takes."""
@@ -93,6 +95,7 @@ def settings_of(kind: Entered, part: Any, scenes: str) -> list[Setting]:
             )
         ]
     if kind == Entered.VALIDATOR:
+        part = _fitted(part)
         check(Kind.VALIDATOR, part)
         return _validated(part)
     if is_replayed(part):
@@ -152,6 +155,19 @@ def _of_results(folder: Path) -> list[Setting]:
         )
         for name in names
     ]
+
+
+def _fitted(part: Any) -> Any:
+    """A validator of the package with the fit that it ships for these frames, if it names none."""
+    named = {"name": part} if isinstance(part, str) else dict(part)
+    fits: dict[str, tuple[str, FitKind]] = {
+        "thresholds": ("thresholds", "thresholds"),
+        "likelihood": ("model", "likelihood"),
+    }
+    if named.get("name") not in fits:
+        return part
+    argument, kind = fits[named["name"]]
+    return {argument: str(shipped_file(kind, SensorSystem((LIDAR, 3, 2)))), **named}
 
 
 def _validated(part: Any) -> list[Setting]:

@@ -10,7 +10,7 @@ import pytest
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.evaluation.contested import (
-    ContestedFrames,
+    ChosenFrames,
     contested,
     contested_layouts,
     is_contested,
@@ -97,6 +97,6 @@ def test_the_labelled_scenarios_have_contested_ones(shared: Path) -> None:
 
 
 def test_frames_are_rendered_of_the_same_layouts() -> None:
-    recipe = ContestedFrames("mixed", 9, 0, numbers=(6, 12))
+    recipe = ChosenFrames("mixed", 9, 0, numbers=(6, 12))
     assert recipe.last_file(1) == "training/label_2/000012.txt"
-    assert recipe.settings != ContestedFrames("mixed", 12, 1, numbers=(6, 12)).settings
+    assert recipe.settings != ChosenFrames("mixed", 12, 1, numbers=(6, 12)).settings

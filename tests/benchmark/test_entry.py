@@ -1,0 +1,167 @@
+"""Entries: the same rows whenever they are made, and those that the pipeline gives."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avsec_gym.benchmark.entry import entered, read_entry
+from avsec_gym.benchmark.frames import write_frames
+from avsec_gym.benchmark.protocol import Entered
+from avsec_gym.benchmark.scene_sets import FrozenSet
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.labels import write_detections
+from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.perception.detectors.boxes_in_view import boxes_in_view
+from avsec_gym.pipeline import run_episode
+from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.registry import Kind, names, register
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.state_posterior import SensorStatus
+from avsec_gym.validation.validator import Validation
+
+
+def made(kind: str, part: Any, root: Path, **more: Any) -> Any:
+    return entered(Entered(kind), part, root, workers=0, threads=1, **more)
+
+
+def test_a_planner(few: dict[str, FrozenSet], tmp_path: Path) -> None:
+    entry = made("planner", "gbfs", tmp_path / "one")
+    assert [(row.scenes, row.setting) for row in entry.rows] == [
+        ("all", "truth"), ("contested", "truth"),
+    ]  # fmt: skip
+    ways = few["contested"].layouts().intentions
+    assert ways is not None
+    assert [row.rates.scenarios for row in entry.rows] == [6, len(*ways.values())]
+    planner = MotionPrimitivePlanner(Algorithm.GBFS)
+    scenes = few["all"].layouts().labelled
+    records = [run_episode(s, way, planner=planner).record for s in scenes for way in Intention]
+    expected = SafetyRates.of(records).to_json()
+    found = entry.rows[0].rates.to_json()
+    assert {name: found[name] for name in ("planned", "collisions", "failures")} == {
+        name: expected[name] for name in ("planned", "collisions", "failures")
+    }
+    # Made anew it is the same; gone on with, nothing is driven again.
+    again = made("planner", "gbfs", tmp_path / "two")
+    assert again.to_json() == entry.to_json() == made("planner", "gbfs", tmp_path / "one").to_json()
+    assert read_entry(tmp_path / "one" / "entry.json").to_json() == entry.to_json()
+    assert made("planner", "gbfs", tmp_path / "quick", quick=True).rows[0].rates.scenarios == 3
+
+
+def test_a_detector_that_sees_all_and_one_that_sees_nothing(
+    few: dict[str, FrozenSet], tmp_path: Path
+) -> None:
+    seeing = made("detector", "oracle", tmp_path / "seeing")
+    assert [row.setting for row in seeing.rows[:3]] == ["unattacked", "transferred", "patch"]
+    first = seeing.rows[0]
+    assert first.precision is not None
+    assert first.precision.strict.value == pytest.approx(first.precision.ceiling)
+    assert seeing.white_box is False
+    assert not seeing.broken
+    assert seeing.rows[1].paired is not None
+    assert seeing.rows[1].paired.safe_driving_rate.value == 0.0
+    # That is what makes the scene a contested one.
+    blind = made("detector", str_of_results(tmp_path / "nothing"), tmp_path / "blind")
+    rates = {row.scenes: row.rates.safe_driving_rate for row in blind.rows}
+    assert rates["contested"] == 0.0
+    assert seeing.row("contested", "unattacked").rates.safe_driving_rate == 1.0
+
+
+def str_of_results(folder: Path) -> dict[str, str]:
+    """A folder of results in which nothing is seen."""
+    for scenes in ("all", "contested"):
+        (folder / scenes / "unattacked").mkdir(parents=True, exist_ok=True)
+    return {"name": "replayed", "detections": str(folder)}
+
+
+def test_frames_for_a_foreign_detector_lead_to_the_entry_of_one_by_name(
+    few: dict[str, FrozenSet], tmp_path: Path
+) -> None:
+    class Dark:
+        """Sees what is dark: it depends on pixels, and is not known here by its gradients."""
+
+        name = "dark"
+
+        def detect(self, frame: SensorFrame) -> Boxes3D:
+            return found_in(frame)
+
+    if "dark" not in names(Kind.DETECTOR):
+        register(Kind.DETECTOR, "dark", Dark)
+    steps = []
+    folders = write_frames(tmp_path / "frames", on_progress=lambda *step: steps.append(step))
+    assert steps[-1] == (9, 9)
+    assert len(folders) == 6
+    for folder in folders:
+        results = tmp_path / "results" / folder.relative_to(tmp_path / "frames")
+        data = KittiObject(folder)
+        for id in data.ids(having=("image_2", "image_3", "calib", "velodyne")):
+            write_detections(results / f"{id}.txt", found_in(data.frame(id)))
+    stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "frames").rglob("*.png")}
+    write_frames(tmp_path / "frames")
+    assert {path: path.stat().st_mtime_ns for path in stamps} == stamps
+    part = {"name": "replayed", "detections": str(tmp_path / "results")}
+    foreign = made("detector", part, tmp_path / "foreign", name="dark")
+    own = made("detector", "dark", tmp_path / "own")
+    own_rows, foreign_rows = own.to_json()["rows"], foreign.to_json()["rows"]
+    assert {row["setting"] for row in own_rows} == {"unattacked", "transferred", "patch"}
+    assert foreign_rows == own_rows
+    assert str(tmp_path) not in json.dumps(foreign.to_json())
+
+
+def found_in(frame: SensorFrame) -> Boxes3D:
+    """A car at a distance that hangs on the image, in whole centimetres, as files have it."""
+    distance = 8.0 + round(float(frame.image(2).mean()) % 10, 2)
+    location = np.array([[0.0, 1.65, distance]])
+    size, turn, score = np.array([[1.5, 1.6, 4.0]]), np.array([-1.57]), np.array([0.9])
+    return boxes_in_view(location, size, turn, score, "Car", frame.calibration, (120, 320))
+
+
+class Suspicious:
+    """Reports camera 2 in every frame."""
+
+    name = "suspicious"
+    system = SensorSystem((LIDAR, 2, 3))
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        statuses = {2: SensorStatus.ATTACKED, 3: SensorStatus.SOUND}
+        return Validation(True, statuses, None)  # type: ignore[arg-type]
+
+
+def test_a_validator_that_always_reports_one_camera(
+    few: dict[str, FrozenSet], tmp_path: Path
+) -> None:
+    if "suspicious" not in names(Kind.VALIDATOR):
+        register(Kind.VALIDATOR, "suspicious", Suspicious)
+    entry = made("validator", "suspicious", tmp_path)
+    clean, attacked = (entry.row("all", f"{case} validated") for case in ("unattacked", "facula"))
+    assert (clean.alarms.count, clean.alarms.of, clean.named.count) == (2, 2, 0)
+    assert (attacked.alarms.count, attacked.named.count) == (2, 2)
+    assert entry.row("all", "facula").alarms is None
+    assert clean.against == "unattacked"
+    assert clean.paired.drives == 6
+
+
+def test_what_is_no_entry(tmp_path: Path, few: dict[str, FrozenSet]) -> None:
+    path = tmp_path / "entry.json"
+    path.write_text("{}")
+    with pytest.raises(DataError, match="no entry of the benchmark"):
+        read_entry(path)
+    entry = made("planner", "astar", tmp_path / "made").to_json()
+    for damage in ({"rows": 3}, {"kind": "car"}, {"rows": [{}]}, {"scenes": [1]}):
+        path.write_text(json.dumps({**entry, **damage}))
+        with pytest.raises(DataError, match="is damaged"):
+            read_entry(path)
+
+
+def test_a_slip_leaves_no_folder(few: dict[str, FrozenSet], tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="Did you mean"):
+        made("planner", "asta", tmp_path / "out")
+    assert not (tmp_path / "out").exists()

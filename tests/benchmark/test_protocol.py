@@ -1,0 +1,86 @@
+"""What is done to an entry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avsec_gym.benchmark.protocol import (
+    DETECTORS,
+    Entered,
+    is_white_box,
+    settings_of,
+    unknowing_attacks,
+)
+from avsec_gym.errors import ConfigurationError, DataError
+
+
+def by_name(kind: Entered, part: Any) -> dict[str, Any]:
+    return {each.name: each for each in settings_of(kind, part, "all")}
+
+
+def test_a_detector_is_attacked_by_its_own_gradients_where_it_has_any() -> None:
+    assert is_white_box("dsgn")
+    assert not is_white_box("oracle")
+    assert [*by_name(Entered.DETECTOR, "oracle")] == ["unattacked", "transferred", "patch"]
+    known = by_name(Entered.DETECTOR, "dsgn")
+    assert [*known] == ["unattacked", "transferred", "patch", "white_box"]
+    assert known["white_box"].parts["attack"] == known["transferred"].parts["attack"]["attack"]
+    assert {each.against for each in known.values()} == {"", "unattacked"}
+
+
+def test_gradients_are_transferred_from_another_detector() -> None:
+    for part in (*DETECTORS, {"name": "dsgn", "weights": "my.safetensors"}, "mine"):
+        attack = unknowing_attacks(part)["transferred"]
+        assert attack is not None
+        assert attack["of"] in DETECTORS
+        assert attack["of"] != (part if isinstance(part, str) else part["name"])
+
+
+def test_an_attack_meets_both_detectors_with_and_without_it() -> None:
+    settings = by_name(Entered.ATTACK, {"name": "facula", "camera": 3})
+    assert [*settings] == ["dsgn", "dsgn attacked", "stereo_rcnn", "stereo_rcnn attacked"]
+    assert settings["stereo_rcnn attacked"].against == "stereo_rcnn"
+    assert "attack" not in settings["dsgn"].parts
+
+
+def test_a_validator_stands_before_each_case_once() -> None:
+    settings = by_name(Entered.VALIDATOR, "thresholds")
+    assert len(settings) == 6
+    for name, setting in settings.items():
+        assert ("validator" in setting.parts) == name.endswith(" validated")
+        if setting.against:
+            own, other = dict(setting.parts), settings[setting.against].parts
+            shipped = own.pop("validator")
+            assert shipped["name"] == "thresholds"
+            assert Path(shipped["thresholds"]).is_file()
+            assert own == other
+
+
+def test_a_fit_of_ones_own_takes_the_place_of_the_shipped_one() -> None:
+    part = {"name": "likelihood", "model": "mine.json", "rate": 0.02}
+    setting = by_name(Entered.VALIDATOR, part)["facula validated"]
+    assert setting.parts["validator"] == part
+
+
+def test_slips_are_reported() -> None:
+    for kind in Entered:
+        with pytest.raises(ConfigurationError, match=r"there is no .*'astarr'"):
+            settings_of(kind, "astarr", "all")
+
+
+def test_results_of_another_project(tmp_path: Path) -> None:
+    part = {"name": "replayed", "detections": str(tmp_path)}
+    with pytest.raises(DataError, match="avsec benchmark frames") as told:
+        settings_of(Entered.DETECTOR, part, "all")
+    assert str(tmp_path / "all" / "unattacked") in str(told.value)
+    for name in ("unattacked", "patch"):
+        (tmp_path / "all" / name).mkdir(parents=True)
+    one, two = settings_of(Entered.DETECTOR, part, "all")
+    assert (one.name, one.against, two.name, two.against) == (
+        "unattacked", "", "patch", "unattacked",
+    )  # fmt: skip
+    assert two.parts is not None
+    assert two.parts["detector"]["detections"] == str(tmp_path / "all" / "patch")
