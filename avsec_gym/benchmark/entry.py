@@ -273,7 +273,7 @@ def _rows(
 
 
 def _broken(run: RunFolder) -> bool:
-    """Whether knowing the detector makes an attack on it stronger."""
+    """Whether an adaptive attack on a detector is stronger than a transferred one."""
     known, unknown = (
         run.records(setting=setting, planner=ENTERED) for setting in (WHITE_BOX, TRANSFERRED)
     )

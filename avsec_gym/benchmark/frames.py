@@ -29,8 +29,8 @@ def write_frames(
 ) -> list[Path]:
     """Write the frames; those that are there are kept.
 
-    The attacks are those on a detector that nobody knows: by the gradients of the package's DSGN,
-    and the patch. The pixels are the ones that an entry by name is driven by.
+    The attacks are those on an unknown detector: by the gradients of the package's DSGN, and the
+    patch. The pixels are the ones that an entry by name is driven by.
 
     Args:
         root: Folder; each set and setting has one of its own, ``root/SCENES/SETTING``.

@@ -63,7 +63,7 @@ def left_out(entry: Entry) -> str:
 def _detectors(entries: Sequence[Entry]) -> Table:
     settings = (UNATTACKED, TRANSFERRED, WHITE_BOX, PATCH)
     titles = {WHITE_BOX: "own gradients", TRANSFERRED: "other's gradients"}
-    columns = ["detector", "known to the attacker", "broken by knowing it"]
+    columns = ["detector", "known to the attacker", "broken by its gradients"]
     columns += [f"safe, {titles.get(setting, setting)}" for setting in settings]
     columns += [f"AP, {titles.get(setting, setting)}" for setting in settings]
     rows = [
@@ -81,8 +81,8 @@ def _detectors(entries: Sequence[Entry]) -> Table:
     note = (
         f"{_SAFE} AP: average precision of moderate cars in 3D at an overlap of 0.7, 11 recall "
         "points, on all scenes. Attacks: projected gradient descent, 4 grey levels, 7 steps; a "
-        "patch that was trained against both of the package's detectors. Broken by knowing it: an "
-        "attack by its own gradients makes fewer drives safe than one by another detector's, the "
+        "patch that was trained against both of the package's detectors. Broken by its gradients: "
+        "an attack by its own gradients makes fewer drives safe than one by another detector's, the "
         "whole interval of the paired difference below 0."
     )
     return Table("Detectors", columns, rows, note, names=3, sortable=True, filters=(1, 2))

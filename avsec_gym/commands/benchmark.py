@@ -147,7 +147,8 @@ class BenchmarkBoard:
     def run(self) -> int:
         """Do it; the exit code: 3 where entries were left out."""
         from avsec_gym.benchmark.entry import read_entry
-        from avsec_gym.benchmark.leaderboard import left_out
+        from avsec_gym.benchmark.leaderboard import board, left_out
+        from avsec_gym.benchmark.scene_sets import VERSION
         from avsec_gym.report.leaderboard_page import leaderboard_page
         from avsec_gym.storage.text_files import write_text
 
@@ -165,8 +166,10 @@ class BenchmarkBoard:
                 path=self.entries[0],
                 remedy="Make one with `avsec benchmark KIND NAME --out DIR`, without --quick.",
             )
-        write_text(self.out, leaderboard_page(kept), overwrite=self.overwrite)
-        console.say(f"{self.out}: {len(kept)} entries")
+        count = "1 entry" if len(kept) == 1 else f"{len(kept)} entries"
+        page = leaderboard_page(board(kept), f"benchmark, version {VERSION}, {count}")
+        write_text(self.out, page, overwrite=self.overwrite)
+        console.say(f"{self.out}: {count}")
         return code
 
     def _files(self) -> list[Path]:

@@ -34,6 +34,7 @@ CONTENTS = {
         "layouts",
         "data",
         "runs",
+        "benchmark",
         "extending",
         "architecture",
     ],

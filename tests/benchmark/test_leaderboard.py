@@ -1,0 +1,117 @@
+"""The leaderboard: which entries are on it, in what order, with which figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avsec_gym.benchmark.entry import Entry, EntryRow, Precision
+from avsec_gym.benchmark.leaderboard import board, left_out
+from avsec_gym.benchmark.protocol import Entered
+from avsec_gym.cli import run
+from avsec_gym.metrics.clustered_shares import Share
+from avsec_gym.metrics.estimate import Estimate
+from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.safety import COLLISION, SAFE, SafetyRates, SafetyRecord
+
+
+def records(safe: int, of: int = 10) -> list[SafetyRecord]:
+    return [
+        SafetyRecord(str(n), "left", SAFE if n < safe else COLLISION, 1.0, 0, 1.0, 1.0)
+        for n in range(of)
+    ]
+
+
+def row(scenes: str, setting: str, safe: int, **more: Any) -> EntryRow:
+    return EntryRow(scenes, setting, SafetyRates.of(records(safe)), **more)
+
+
+def entry(kind: str, name: str, *rows: EntryRow, **more: Any) -> Entry:
+    given = {"quick": False, "white_box": None, "broken": False} | more
+    return Entry(
+        version=1, kind=Entered(kind), name=name, part=name, scenes=(), rows=rows, world="abc",
+        weights=None, made_by={"avsec_gym": "0.1.0"}, **given,
+    )  # fmt: skip
+
+
+def texts(sections: Any) -> dict[str, list[list[str]]]:
+    return {s.id: [[cell.text for cell in row] for row in s.parts[0].rows] for s in sections}
+
+
+def share(count: int) -> Share:
+    return Share.of_counts(count, 50)
+
+
+PRECISION = Precision(Estimate(31.24, (28, 35)), Estimate(30.0), Estimate(60.0), 40, 100.0)
+
+
+def test_detectors_by_how_safe_contested_drives_are() -> None:
+    worse = entry(
+        "detector", "worse",
+        row("all", "unattacked", 9, precision=PRECISION), row("contested", "unattacked", 4),
+        row("contested", "white_box", 1), white_box=True, broken=True,
+    )  # fmt: skip
+    better = entry("detector", "better", row("contested", "unattacked", 6), white_box=False)
+    (section,) = board([worse, better])
+    first, second = texts([section])["detectors"]
+    assert first[:4] == ["better", "black box", "no", "60.0"]
+    assert second[:6] == ["worse", "white box", "yes", "40.0", "–", "10.0"]
+    assert second[7] == "31.2"
+    (table,) = section.parts
+    assert len(table.columns) == len(first)
+
+
+def test_attacks_validators_and_planners() -> None:
+    before, after = records(8), records(2)
+    paired = paired_differences(before, after)
+    attack = entry("attack", "light", row("contested", "dsgn attacked", 2, paired=paired))
+    validator = entry(
+        "validator", "watch",
+        row("all", "unattacked validated", 9, alarms=share(1)),
+        row("all", "facula validated", 9, alarms=share(40), named=share(30)),
+        row("contested", "facula validated", 9, paired=paired_differences(after, before)),
+    )  # fmt: skip
+    planner = entry("planner", "astar", row("all", "truth", 9), row("contested", "truth", 10))
+    found = texts(board([planner, validator, attack]))
+    assert [*found] == ["attacks", "validators", "planners"]
+    assert found["attacks"] == [["light", "20.0", "–", "−60.0", "–", "–", "–"]]
+    assert found["validators"] == [
+        ["watch", "2.0", "80.0", "–", "60.0", "–", "–", "+60.0", "–"]
+    ]  # fmt: skip
+    assert found["planners"][0][:4] == ["astar", "90.0", "100.0", "10.0"]
+
+
+def test_what_is_left_out() -> None:
+    fine = entry("planner", "astar", row("all", "truth", 9))
+    assert left_out(fine) == ""
+    assert "--quick" in left_out(replace(fine, quick=True))
+    assert "version 2" in left_out(replace(fine, version=2))
+    assert "3 scenes" in left_out(replace(fine, failed=3))
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import json
+
+    def kept(name: str, one: Entry) -> Path:
+        path = tmp_path / name / "entry.json"
+        path.parent.mkdir(parents=True)
+        path.write_text(json.dumps(one.to_json()))
+        return path
+
+    fine = entry("planner", "astar", row("all", "truth", 9))
+    kept("runs/one", fine)
+    page = tmp_path / "board.html"
+    words = ["benchmark", "board", str(tmp_path / "runs"), "--out", str(page)]
+    assert run(words) == 0
+    assert "1 entry" in page.read_text()
+    assert "90.0" in page.read_text()
+    assert run(words) == 1, "a page is not written over"
+    kept("runs/two", replace(fine, quick=True))
+    assert run([*words, "--overwrite"]) == 3
+    assert "left out" in capsys.readouterr().err
+    quick = str(tmp_path / "runs/two/entry.json")
+    assert run(["benchmark", "board", quick, "--out", str(tmp_path / "none.html")]) == 1
+    assert run(["benchmark", "board", str(tmp_path / "nothing")]) == 1
