@@ -76,16 +76,24 @@ def _detectors(entries: Sequence[Entry]) -> Table:
             *(_safe(entry.row(CONTESTED, setting)) for setting in settings),
             *(_precision(entry.row(ALL, setting)) for setting in settings),
         ]
-        for entry in _best_first(entries, CONTESTED, UNATTACKED)
+        for entry in _safest_first(entries, CONTESTED, UNATTACKED)
     ]
     note = (
         f"{_SAFE} AP: average precision of moderate cars in 3D at an overlap of 0.7, 11 recall "
         "points, on all scenes. Attacks: projected gradient descent, 4 grey levels, 7 steps; a "
         "patch that was trained against both of the package's detectors. Broken by its gradients: "
-        "an attack by its own gradients makes fewer drives safe than one by another detector's, the "
-        "whole interval of the paired difference below 0."
+        "an attack by a detector's own gradients makes fewer drives safe than one by another "
+        "detector's, the whole interval of the paired difference below 0."
     )
-    return Table("Detectors", columns, rows, note, names=3, sortable=True, filters=(1, 2))
+    return Table(
+        "Detectors, the safest to drive by first",
+        columns,
+        rows,
+        note,
+        names=3,
+        sortable=True,
+        filters=(1, 2),
+    )
 
 
 def _attacks(entries: Sequence[Entry]) -> Table:
@@ -94,7 +102,7 @@ def _attacks(entries: Sequence[Entry]) -> Table:
     columns += [f"change of safe, {detector}" for detector in DETECTORS]
     columns += [f"AP under it, {detector}" for detector in DETECTORS]
     rows = []
-    for entry in _best_first(entries, CONTESTED, f"{DETECTORS[0]} attacked", reverse=False):
+    for entry in reversed(_safest_first(entries, CONTESTED, f"{DETECTORS[0]} attacked")):
         found = [entry.row(CONTESTED, f"{detector} attacked") for detector in DETECTORS]
         seen = [entry.row(ALL, f"{detector} attacked") for detector in DETECTORS]
         rows.append(
@@ -106,7 +114,7 @@ def _attacks(entries: Sequence[Entry]) -> Table:
             ]
         )
     note = f"{_SAFE} Changes are against the same drives without the attack, in points."
-    return Table("Attacks", columns, rows, note, sortable=True)
+    return Table("Attacks, the most harmful to DSGN first", columns, rows, note, sortable=True)
 
 
 def _validators(entries: Sequence[Entry]) -> Table:
@@ -116,7 +124,7 @@ def _validators(entries: Sequence[Entry]) -> Table:
     columns += [f"named, {case}, %" for case in OPTICAL]
     columns += [f"change of safe, {case}" for case in cases]
     rows = []
-    for entry in _best_first(entries, CONTESTED, f"{next(iter(OPTICAL))}{VALIDATED}"):
+    for entry in _safest_first(entries, CONTESTED, f"{next(iter(OPTICAL))}{VALIDATED}"):
         seen = [entry.row(ALL, case + VALIDATED) for case in cases]
         driven = [entry.row(CONTESTED, case + VALIDATED) for case in cases]
         rows.append(
@@ -131,14 +139,14 @@ def _validators(entries: Sequence[Entry]) -> Table:
         "Alarms and named sensors on all scenes. Changes of the safe driving rate on contested "
         "scenes, in points: the car stops at an alarm, against the same drives without a validator."
     )
-    return Table("Validators", columns, rows, note, sortable=True)
+    return Table("Validators, the safest under a facula first", columns, rows, note, sortable=True)
 
 
 def _planners(entries: Sequence[Entry]) -> Table:
     columns = ["planner", "safe, all, %", "safe, contested, %", "collisions, all, %"]
     columns += ["travel time, s", "cost SM1"]
     rows = []
-    for entry in _best_first(entries, ALL, TRUTH):
+    for entry in _safest_first(entries, ALL, TRUTH):
         every, telling = entry.row(ALL, TRUTH), entry.row(CONTESTED, TRUTH)
         rates = every.rates if every is not None else None
         found = rates.to_json() if rates is not None else {}
@@ -154,17 +162,17 @@ def _planners(entries: Sequence[Entry]) -> Table:
                 figure(found.get("mean_sm1_cost"), digits=1),
             ]
         )
-    return Table("Planners", columns, rows, "Planners know the truth.", sortable=True)
+    return Table(
+        "Planners, the safest first", columns, rows, "Planners know the truth.", sortable=True
+    )
 
 
-def _best_first(
-    entries: Sequence[Entry], scenes: str, setting: str, *, reverse: bool = True
-) -> list[Entry]:
+def _safest_first(entries: Sequence[Entry], scenes: str, setting: str) -> list[Entry]:
     def rate(entry: Entry) -> float:
         row = entry.row(scenes, setting)
         return -1.0 if row is None else row.rates.safe_driving_rate
 
-    return sorted(entries, key=lambda entry: (rate(entry), entry.name), reverse=reverse)
+    return sorted(entries, key=lambda entry: (-rate(entry), entry.name))
 
 
 def _named(entry: Entry) -> TableCell:
