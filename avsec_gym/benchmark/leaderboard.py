@@ -17,7 +17,7 @@ from avsec_gym.benchmark.protocol import (
     Entered,
 )
 from avsec_gym.benchmark.scene_sets import VERSION
-from avsec_gym.drawing.page_table import Table, TableCell, figure, name
+from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.runs.section import Section
@@ -70,9 +70,7 @@ def _detectors(entries: Sequence[Entry]) -> Table:
         [
             _named(entry),
             name("white box" if entry.white_box else "black box"),
-            TableCell(
-                "yes" if entry.broken else "no", tone="bad" if entry.broken else "", words=True
-            ),
+            _broken(entry),
             *(_safe(entry.row(CONTESTED, setting)) for setting in settings),
             *(_precision(entry.row(ALL, setting)) for setting in settings),
         ]
@@ -179,6 +177,12 @@ def _named(entry: Entry) -> TableCell:
     made = f"avsec_gym {entry.made_by.get('avsec_gym', '?')}"
     world = f", world {entry.world}" if entry.world else ""
     return name(entry.name, hint=f"{made}{world}")
+
+
+def _broken(entry: Entry) -> TableCell:
+    if entry.broken:
+        return TableCell("yes", tone="bad", words=True)
+    return name("no" if entry.white_box else UNKNOWN)
 
 
 def _safe(row: EntryRow | None) -> TableCell:

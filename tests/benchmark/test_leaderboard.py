@@ -57,7 +57,7 @@ def test_detectors_by_how_safe_contested_drives_are() -> None:
     better = entry("detector", "better", row("contested", "unattacked", 6), white_box=False)
     (section,) = board([worse, better])
     first, second = texts([section])["detectors"]
-    assert first[:4] == ["better", "black box", "no", "60.0"]
+    assert first[:4] == ["better", "black box", "–", "60.0"]
     assert second[:6] == ["worse", "white box", "yes", "40.0", "–", "10.0"]
     assert second[7] == "31.2"
     (table,) = section.parts
