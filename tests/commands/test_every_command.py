@@ -291,6 +291,7 @@ PLACES: dict[str, dict[str, str]] = {
     "experiments": {"--scenarios": "unattacked"},
     "run": {"--scenarios": "unattacked --out {out}"},
     "report": {"": ""},
+    "benchmark board": {"": ""},
     "plan": {"": "", "--primitives": "{problem}"},
     "drive": {"--scenarios": "--out {out}", "--error-model": "--out {out}"},
     "draw": {
