@@ -42,13 +42,10 @@ def goal_arrays(goals: tuple[Goal, ...]) -> GoalArrays:
     """Lay goals out for the kernel.
 
     Raises:
-        PlanningError: There is no goal, or one that no state can meet.
+        PlanningError: There is no goal.
     """
     if not goals:
         raise PlanningError("a planning problem needs at least one goal")
-    for goal in goals:
-        if goal.steps[0] > goal.steps[1]:
-            raise PlanningError(f"a goal's time window {goal.steps} ends before it begins")
     pieces = [
         (g, piece)
         for g, goal in enumerate(goals)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ class Bounds:
     low: float
     high: float
     unit: str = ""
+    whole: bool = False
+    """Whether only whole numbers are meant."""
 
     def check(self, value: float, what: str) -> None:
         """Refuse a number that does not lie within.
@@ -31,7 +33,8 @@ class Bounds:
             PlanningError: It is no number, not finite, or outside.
         """
         # Arrays are none: numpy's and Python's own numbers are.
-        if not isinstance(value, Real) or not self.low <= value <= self.high:  # Also true for NaN.
+        kind = Integral if self.whole else Real
+        if not isinstance(value, kind) or not self.low <= value <= self.high:  # Also true for NaN.
             raise PlanningError(f"{what} is {shown(value)}; expected {self}.")
 
     def check_all(self, values: Any, what: str) -> None:
@@ -44,15 +47,15 @@ class Bounds:
             array = np.asarray(values)
         except ValueError:  # Lists of several lengths.
             array = np.array(None)
-        if array.dtype.kind not in "biuf":
+        if array.dtype.kind not in ("biu" if self.whole else "biuf"):
             raise PlanningError(f"{what} is no number: {shown(values)}; expected {self}.")
         within = (array >= self.low) & (array <= self.high)
         if not within.all():
-            self.check(float(array[~within].flat[0]), what)
+            self.check(array[~within].flat[0].item(), what)
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
-        return f"a number from {self.low:g} to {self.high:g}{unit}"
+        return f"a {'whole ' if self.whole else ''}number from {self.low:g} to {self.high:g}{unit}"
 
 
 COORDINATE = Bounds(-3e7, 3e7, "m")
@@ -60,5 +63,5 @@ COORDINATE = Bounds(-3e7, 3e7, "m")
 SIZE = Bounds(1e-9, 1e5, "m")
 ANGLE = Bounds(-1e3, 1e3, "rad")
 SPEED = Bounds(-1e3, 1e3, "m/s")
-TIME_STEP = Bounds(0, 100_000)
+TIME_STEP = Bounds(0, 100_000, whole=True)
 DURATION = Bounds(1e-6, 10.0, "s")

@@ -11,11 +11,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import shown
+from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.bounds import (
@@ -24,6 +27,7 @@ from avsec_gym.scenario.bounds import (
     DURATION,
     SPEED,
     TIME_STEP,
+    Bounds,
 )
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.shapes import Rectangle, Shape, placed
@@ -68,13 +72,31 @@ class Goal:
     """The lanelets that the region stands for, where a file gave it that way."""
 
     def __post_init__(self) -> None:
-        TIME_STEP.check_all(self.steps, "a time step of a goal")
         for interval, bounds, what in (
-            (self.heading, ANGLE, "heading"),
-            (self.velocity, SPEED, "velocity"),
+            (self.steps, TIME_STEP, "time window"),
+            (self.heading, ANGLE, "heading interval"),
+            (self.velocity, SPEED, "velocity interval"),
         ):
             if interval is not None:
-                bounds.check_all(interval, f"an end of a goal's {what} interval")
+                _check_interval(interval, bounds, what)
+        if self.region is not None and not _are(Shape, self.region):
+            raise PlanningError(
+                f"a goal's region is {shown(self.region)}; expected a tuple of shapes, or None for"
+                " anywhere."
+            )
+
+
+def _are(kind: Any, values: Any) -> bool:
+    """Whether this is a tuple of one or more of a kind."""
+    return isinstance(values, tuple) and bool(values) and all(isinstance(v, kind) for v in values)
+
+
+def _check_interval(interval: tuple[float, float], bounds: Bounds, what: str) -> None:
+    bounds.check_all(interval, f"an end of a goal's {what}")
+    if len(interval) != 2:
+        raise PlanningError(f"a goal's {what} is {shown(interval)}; expected two numbers.")
+    if interval[0] > interval[1]:
+        raise PlanningError(f"a goal's {what} {interval} ends before it begins.")
 
 
 @dataclass(frozen=True)
@@ -94,6 +116,12 @@ class Lanelet:
     def __post_init__(self) -> None:
         COORDINATE.check_all(self.left, f"a point of the left bound of lanelet {self.id}")
         COORDINATE.check_all(self.right, f"a point of the right bound of lanelet {self.id}")
+        for bound in (self.left, self.right):
+            if len(bound) < 2 or any(len(point) != 2 for point in bound):
+                raise PlanningError(
+                    f"a bound of lanelet {self.id} is {shown(bound)}; expected two points (x, y)"
+                    " or more."
+                )
 
     def polygon(self) -> shapely.Polygon:
         """The lanelet's area."""
@@ -115,6 +143,8 @@ class Road:
         """
         sections = shapely.make_valid(np.array(_sections(self.lanelets), object))
         area = shapely.union_all(sections)
+        if self.lanelets and not area.area > 0:
+            raise PlanningError("the road has no area; correct the bounds of its lanelets.")
         if len(sections) == 1:
             return area
         # Close the slits that only rounding made.
@@ -139,10 +169,27 @@ class Road:
     @cached_property
     def centre_segments(self) -> tuple[Floats, Floats]:
         """Starts and ends of the lanelets' centre lines, each of shape (S, 2)."""
-        lines = [0.5 * (np.array(lane.left) + np.array(lane.right)) for lane in self.lanelets]
+        lines = [0.5 * (left + right) for left, right in map(_paired, self.lanelets)]
         if not lines:
             return np.zeros((0, 2)), np.zeros((0, 2))
         return np.vstack([line[:-1] for line in lines]), np.vstack([line[1:] for line in lines])
+
+
+def _paired(lanelet: Lanelet) -> tuple[Floats, Floats]:
+    """Both bounds with as many points; the sparser one is walked at the pace of the other."""
+    left, right = np.array(lanelet.left, float), np.array(lanelet.right, float)
+    if len(left) < len(right):
+        left = _at_the_pace_of(right, left)
+    elif len(right) < len(left):
+        right = _at_the_pace_of(left, right)
+    return left, right
+
+
+def _at_the_pace_of(dense: Floats, sparse: Floats) -> Floats:
+    """Points of a line at the shares of its length at which another line has its points."""
+    come = [np.r_[0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T))] for line in (dense, sparse)]
+    at = come[0] / max(come[0][-1], 1e-12) * come[1][-1]
+    return np.column_stack([np.interp(at, come[1], sparse[:, axis]) for axis in (0, 1)])
 
 
 def _segments(area: shapely.Geometry) -> Floats:
@@ -193,6 +240,9 @@ def _sections(lanelets: tuple[Lanelet, ...]) -> list[shapely.Polygon]:
     return areas
 
 
+_KINDS = {"iu": "whole numbers", "UO": "names", "fiu": "numbers", "b": "True and False"}
+
+
 @dataclass(frozen=True)
 class Obstacles:
     """N obstacles as arrays; a static one has one pose.
@@ -219,10 +269,38 @@ class Obstacles:
     static: NDArray[np.bool_]
 
     def __post_init__(self) -> None:
+        self._check_layout()
         COORDINATE.check_all(self.poses[..., :2], "a position of an obstacle")
         ANGLE.check_all(self.poses[..., 2], "a heading of an obstacle")
         SPEED.check_all(self.speeds, "a speed of an obstacle")
         TIME_STEP.check_all(self.first_step, "the first time step of an obstacle")
+        known = Bounds(1, self.poses.shape[1], whole=True)
+        known.check_all(self.steps, "the number of known states of an obstacle")
+
+    def _check_layout(self) -> None:
+        """Refuse arrays that do not belong together: the kernels trust them."""
+        if not all(isinstance(shape, Shape) for shape in self.shapes):
+            raise PlanningError(f"the shapes of obstacles are {shown(self.shapes)}.")
+        count, known = len(self.shapes), max(1, *np.shape(self.poses)[1:2])
+        for name, (kinds, shape) in {
+            "ids": ("iu", (count,)),
+            "categories": ("UO", (count,)),
+            "poses": ("fiu", (count, known, 3)),
+            "speeds": ("fiu", (count, known)),
+            "steps": ("iu", (count,)),
+            "first_step": ("iu", (count,)),
+            "static": ("b", (count,)),
+        }.items():
+            array = getattr(self, name)
+            if (
+                not isinstance(array, np.ndarray)
+                or array.shape != shape
+                or array.dtype.kind not in kinds
+            ):
+                raise PlanningError(
+                    f"{name} of {count} obstacles is {shown(array)}; expected an array of shape"
+                    f" {shape} with {_KINDS[kinds]}."
+                )
 
     def __len__(self) -> int:
         return len(self.shapes)
@@ -249,9 +327,19 @@ class Obstacles:
             dt: Length of a time step, seconds.
             last_step: Time step up to which moving ones are predicted.
             first_id: Ids count upwards from here.
+
+        Raises:
+            PlanningError: The arrays have different lengths, or hold what no obstacle can have.
         """
         count = len(poses)
         speed = np.zeros(count) if speed is None else np.asarray(speed, float)
+        TIME_STEP.check(last_step, "the last time step of obstacles")
+        DURATION.check(dt, "the duration of a time step")
+        if not len(length) == len(width) == len(speed) == count:
+            raise PlanningError(
+                f"{count} poses of obstacles come with {len(length)} lengths, {len(width)} widths"
+                f" and {len(speed)} speeds; expected as many of each."
+            )
         static = speed == 0
         horizon = 1 if static.all() else last_step + 1
         travelled = speed[:, None] * dt * np.arange(horizon)
@@ -309,6 +397,8 @@ class PlanningScenario:
 
     def __post_init__(self) -> None:
         DURATION.check(self.dt, f"{self.id}: the duration of a time step")
+        if self.goals and not _are(Goal, self.goals):
+            raise PlanningError(f"{self.id}: goals are a tuple of Goal, got {shown(self.goals)}.")
 
     def with_obstacles(self, obstacles: Obstacles) -> PlanningScenario:
         """The same problem among other obstacles."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats, rectangle_corners
 from avsec_gym.scenario.bounds import ANGLE, COORDINATE, SIZE
@@ -125,6 +126,14 @@ class Group:
     """Several shapes that one obstacle consists of."""
 
     shapes: tuple[Rectangle | Disc | Polygon, ...]
+
+    def __post_init__(self) -> None:
+        simple = all(isinstance(shape, Rectangle | Disc | Polygon) for shape in self.shapes)
+        if not (self.shapes and simple):
+            raise PlanningError(
+                f"a group holds {shown(self.shapes)}; expected one or more rectangles, discs and"
+                " polygons."
+            )
 
     def polygon(self) -> shapely.Geometry:
         """The union in the obstacle's frame."""

@@ -24,7 +24,7 @@ from avsec_gym.scenario.planning_scenario import (
     Road,
     straight_lanes,
 )
-from avsec_gym.scenario.shapes import Disc, Polygon, Rectangle
+from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle
 
 NEVER = (math.nan, math.inf, -math.inf, 1e300, -1e300)
 ABOVE_ZERO = {"length", "width", "radius", "dt"}
@@ -168,13 +168,124 @@ def test_declarations_are_refused(declaration: str, tmp_path: Path) -> None:
 def test_what_is_no_number_is_no_number_of_a_problem(bad: Any) -> None:
     """Comparing it would be an error of Python's, which names nothing."""
     for name in ("x", "y", "velocity", "heading", "steering_angle", "step"):
-        with pytest.raises(PlanningError, match="expected a number"):
+        with pytest.raises(PlanningError, match=r"expected a (whole )?number"):
             EgoState(**{name: bad})
     with pytest.raises(PlanningError, match="length"):
         Rectangle(bad, 2.0)
-    with pytest.raises(PlanningError, match="a time step of a goal is no number"):
+    with pytest.raises(PlanningError, match="time window is no number"):
         Goal((0, bad))  # type: ignore[arg-type]
 
 
 def test_numpy_s_numbers_are_numbers() -> None:
     assert EgoState(np.float32(1.0), np.int64(2), np.float64(3.0), step=np.int64(4)).y == 2  # type: ignore[arg-type]
+
+
+def misfits(array: np.ndarray) -> Iterator[Any]:
+    """An array with a row too few, a row too many, an axis too many, of another kind, as a list."""
+    yield array[:-1]
+    yield np.concatenate([array, array[:1]])
+    yield array[..., None]
+    yield array.astype("datetime64[s]") if array.dtype.kind in "iu" else array.astype(bytes)
+    yield array.tolist()
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Obstacles)])
+def test_arrays_of_obstacles_that_do_not_belong_together(name: str) -> None:
+    """A shape too few was an obstacle that the planner drove through."""
+    obstacles = Obstacles.rectangles(
+        np.array([[9.0, 1.0, 0.1], [20.0, 0.0, 0.0]]), np.ones(2), np.ones(2), np.ones(2),
+        last_step=3,
+    )  # fmt: skip
+    given = getattr(obstacles, name)
+    bad = misfits(given) if isinstance(given, np.ndarray) else (given[:-1], given + given, [None])
+    for value in bad:
+        with pytest.raises(PlanningError, match=r"expected|shapes"):
+            replace(obstacles, **{name: value})
+
+
+@pytest.mark.parametrize("steps", [0, -5, 5])
+def test_no_more_states_of_an_obstacle_are_known_than_it_has_poses(steps: int) -> None:
+    """The search would read what lies behind the array."""
+    obstacles = Obstacles.rectangles(
+        np.array([[9.0, 1.0, 0.1]]), np.ones(1), np.ones(1), np.ones(1), last_step=3
+    )
+    with pytest.raises(PlanningError, match="whole number from 1 to 4"):
+        replace(obstacles, steps=np.array([steps]))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"length": np.ones(1)}, {"width": np.ones(3)}, {"speed": np.ones(1)}, {"last_step": -1},
+     {"last_step": 10**9}, {"dt": -0.1}],
+    ids=str,
+)  # fmt: skip
+def test_rectangles_of_arrays_that_do_not_fit(given: dict[str, Any]) -> None:
+    fit = {"length": np.ones(2), "width": np.ones(2), "speed": np.ones(2)}
+    with pytest.raises(PlanningError, match="expected"):
+        Obstacles.rectangles(np.zeros((2, 3)), **(fit | given))
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        *((name, bad) for name in ("steps", "heading", "velocity") for bad in ((4, 3), (4,), ())),
+        *((name, (3, 4, 5)) for name in ("steps", "heading", "velocity")),
+        ("steps", (3.0, 4.5)),
+        ("region", ()),
+        ("region", (None,)),
+        ("region", Disc(1.0)),
+    ],
+)
+def test_goals_that_no_state_can_meet(name: str, given: Any) -> None:
+    """A search that is exhausted would vouch for what the goal never asked."""
+    with pytest.raises(PlanningError, match=r"expected|ends before it begins"):
+        replace(Goal((3, 9)), **{name: given})
+
+
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [
+        ((), ()),
+        (((0, 1),), ((0, -1),)),
+        (((0, 1, 0), (9, 1, 0)), ((0, -1, 0), (9, -1, 0))),
+    ],
+)
+def test_bounds_of_lanelets_that_are_no_lines(left: Any, right: Any) -> None:
+    with pytest.raises(PlanningError, match=r"two points \(x, y\)"):
+        Lanelet(1, left, right)
+
+
+def test_a_road_without_an_area() -> None:
+    line = ((0.0, 1.0), (9.0, 1.0))
+    with pytest.raises(PlanningError, match="no area"):
+        _ = Road((Lanelet(1, line, line),)).closed_edges
+
+
+@pytest.mark.parametrize("shapes", [(), (None,), (Group((Disc(1.0),)),)], ids=repr)
+def test_groups_hold_simple_shapes(shapes: Any) -> None:
+    """A group of nothing is an obstacle that is nowhere."""
+    with pytest.raises(PlanningError, match="one or more"):
+        Group(shapes)
+
+
+@pytest.mark.parametrize("goals", [[Goal((3, 9))], Goal((3, 9)), (None,)], ids=repr)
+def test_goals_are_a_tuple(goals: Any) -> None:
+    with pytest.raises(PlanningError, match="a tuple of Goal"):
+        PlanningScenario("some", EgoState(), goals)
+
+
+def test_intervals_of_a_file_that_end_before_they_begin(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    tree = ElementTree.parse(path)
+    intervals = [each for each in tree.getroot().iter() if each.find("intervalStart") is not None]
+    assert {each.tag for each in intervals} == {"time", "orientation", "velocity"}
+    for number in range(len(intervals)):
+        tree = ElementTree.parse(path)
+        each = [e for e in tree.getroot().iter() if e.find("intervalStart") is not None][number]
+        first, last = (each.find(name) for name in ("intervalStart", "intervalEnd"))
+        assert first is not None
+        assert last is not None
+        first.text, last.text = last.text, first.text
+        tree.write(tmp_path / "broken.xml")
+        with pytest.raises(DataError, match=r"broken\.xml"):
+            read_commonroad(tmp_path / "broken.xml")

@@ -128,3 +128,13 @@ def test_last_step_is_the_latest_of_all_goals() -> None:
     obstacles = Obstacles.rectangles(np.zeros((1, 3)), np.ones(1), np.ones(1))
     assert len(scenario.with_obstacles(obstacles).obstacles) == 1
     assert len(scenario.obstacles) == 0
+
+
+@pytest.mark.parametrize("denser", ["left", "right"])
+def test_the_centre_between_bounds_with_different_numbers_of_points(denser: str) -> None:
+    """Costs of trajectories look at it; bounds of neighbours may be sampled differently."""
+    dense, sparse = ((0.0, 1.0), (4.0, 1.0), (9.0, 1.0)), ((0.0, -1.0), (9.0, -1.0))
+    lanelet = Lanelet(1, dense, sparse) if denser == "left" else Lanelet(1, sparse, dense)
+    starts, ends = Road((lanelet,)).centre_segments
+    np.testing.assert_allclose(starts, [(0, 0), (4, 0)])
+    np.testing.assert_allclose(ends, [(4, 0), (9, 0)])

@@ -85,6 +85,6 @@ def _check(element: Element, text: str, bounds: Bounds, what: str) -> None:
     except ValueError:
         element.refuse(f"{what} is {text[:40]!r}.", f"Write {bounds}.")
     try:
-        bounds.check(value, what)
+        bounds.check(int(value) if value.is_integer() else value, what)
     except PlanningError as error:
         element.refuse(str(error), "Correct the number.")
