@@ -23,6 +23,8 @@ Points = NDArray[np.float32]
 """Shape (M, 4): x, y, z in the velodyne frame (metres), reflectance."""
 
 _FARTHEST_SENSOR = 1000.0  # Metres from another one, on one vehicle or its trailer: generous.
+_SAME_PIXEL = 0.1
+"""Pixels: cameras of a rectified pair see what is far away at one place."""
 _LONGEST_FOCUS = 1e5  # Pixels: a telescope's.
 
 
@@ -103,8 +105,18 @@ class Calibration:
         return np.asarray(-np.linalg.solve(matrix[:, :3], matrix[:, 3]))
 
     def baseline(self, left: int = 2, right: int = 3) -> float:
-        """How far the right camera is to the right of the left one, metres: disparity = f b / z."""
+        """How far the right camera is to the right of the left one, metres: disparity = f b / z.
+
+        Raises:
+            ConfigurationError: A camera is not calibrated, or the two are not rectified to the
+                same focal length and principal point: then no disparity has a depth by f b / z.
+        """
         first, second = self.projection(left), self.projection(right)
+        if not np.allclose(first[:, :3], second[:, :3], rtol=0, atol=_SAME_PIXEL):
+            raise ConfigurationError(
+                f"P{left} and P{right} are not those of a rectified pair: their focal lengths or "
+                f"principal points differ by up to {np.abs(first - second)[:, :3].max():g} pixels"
+            )
         return float(first[0, 3] / first[0, 0] - second[0, 3] / second[0, 0])
 
     @property
@@ -146,8 +158,8 @@ class StereoPair:
             )
         if not (self.focal_length > 0 and self.baseline > 0):
             raise ConfigurationError(
-                f"focal length and baseline are positive, got {self.focal_length} px and "
-                f"{self.baseline} m: are left and right exchanged?"
+                f"focal length and baseline are positive, got {self.focal_length:g} px and "
+                f"{self.baseline:g} m: are left and right exchanged?"
             )
 
 
@@ -213,8 +225,9 @@ class SensorFrame:
         """Two cameras as a pair.
 
         Raises:
-            DataError: An image is missing or broken, or the two differ in size.
-            ConfigurationError: A camera is not calibrated, or right is not right of left.
+            DataError: An image is missing or broken, the two differ in size, or the calibration
+                is not that of a rectified pair, or right is not right of left.
+            ConfigurationError: A camera is not calibrated.
         """
         one, two = self.image(left), self.image(right)
         if one.shape != two.shape:
@@ -225,10 +238,17 @@ class SensorFrame:
                 path=path or self.origin,
                 remedy="Both images of a rectified pair have one size; fetch them again.",
             )
-        calibration = self.calibration
-        return StereoPair(
-            one, two, calibration.focal_length(left), calibration.baseline(left, right)
-        )
+        # Who asks for cameras that are not calibrated errs; numbers that do not fit are the data's.
+        focal_length = self.calibration.focal_length(left)
+        self.calibration.projection(right)
+        try:
+            return StereoPair(one, two, focal_length, self.calibration.baseline(left, right))
+        except ConfigurationError as error:
+            raise DataError(
+                f"Frame {self.id}: {error}.",
+                path=self.origin,
+                remedy="Correct the frame's calibration, or name the left camera first.",
+            ) from error
 
     def with_image(self, camera: int, image: Image) -> SensorFrame:
         """The same frame with another image in one camera."""

@@ -55,12 +55,25 @@ def test_an_attack_leaves_the_frame_as_it_was(calibration: Calibration) -> None:
         assert attacked.id == frame.id
 
 
+@pytest.mark.parametrize("entry", [(0, 0), (1, 1), (0, 2), (1, 2), (0, 1), (1, 0)], ids=str)
+def test_cameras_that_are_not_rectified_to_each_other_are_no_pair(
+    calibration: Calibration, entry: tuple[int, int]
+) -> None:
+    """Depths by f b / z would all be wrong, without a word."""
+    projections = calibration.projections.copy()
+    projections[(3, *entry)] += 30.0
+    image = np.zeros((3, 4, 3), np.uint8)
+    other = replace(calibration, projections=projections)
+    with pytest.raises(DataError, match="P2 and P3 are not those of a rectified pair"):
+        SensorFrame("000000", other, {2: image, 3: image}).stereo()
+
+
 def test_a_stereo_pair(calibration: Calibration) -> None:
     image = np.zeros((3, 4, 3), np.uint8)
     frame = SensorFrame("000000", calibration, {2: image, 3: image})
     pair = frame.stereo()
     assert (pair.focal_length, pair.baseline) == (700, 0.5)
-    with pytest.raises(ConfigurationError, match="exchanged"):
+    with pytest.raises(DataError, match="exchanged"):
         frame.stereo(3, 2)
     with pytest.raises(DataError, match="4 x 3 pixels, camera 3 3 x 3"):
         frame.with_image(3, image[:, :3]).stereo()

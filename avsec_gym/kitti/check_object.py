@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.archives import ARCHIVES
 from avsec_gym.kitti.calibration import read_calibration
 from avsec_gym.kitti.dataset import file_suffix, layout_folders
@@ -18,6 +18,7 @@ from avsec_gym.kitti.sensor_files import check_scan_size, read_image, read_image
 from avsec_gym.kitti.splits import read_raw_mapping, read_split
 from avsec_gym.storage.regular_files import is_folder
 
+_FETCH = "Are they exchanged? Fetch the file again."
 _TOGETHER = (
     ("label_2", "calib"),
     ("label_2", "image_2"),
@@ -78,8 +79,24 @@ def look_at_calibration(path: Path, _: Counter[str], __: Sizes) -> None:
 def _look(folder: str, deep: bool) -> Look:
     if folder == "velodyne":
         return look_at_scan(deep)
-    looks: dict[str, Look] = {"label_2": _look_at_label, "calib": look_at_calibration}
+    looks: dict[str, Look] = {"label_2": _look_at_label, "calib": _look_at_pair}
     return looks.get(folder) or look_at_image(deep)
+
+
+def _look_at_pair(path: Path, _: Counter[str], __: Sizes) -> None:
+    """Looks at a calibration file; where there are both images, its cameras 2 and 3 are a pair."""
+    calibration, half = read_calibration(path), path.parent.parent
+    if all(is_folder(half / f"image_{camera}") for camera in (2, 3)):
+        try:
+            baseline = calibration.baseline()
+        except ConfigurationError as error:
+            raise DataError(f"{error}.", path=path, remedy=_FETCH) from error
+        if baseline <= 0:
+            raise DataError(
+                f"Camera 3 stands {-baseline:g} m to the left of camera 2.",
+                path=path,
+                remedy=_FETCH,
+            )
 
 
 def _look_at_label(path: Path, objects: Counter[str], _: Sizes) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -152,3 +153,25 @@ def test_real_data(shared: Path) -> None:
     for name in ("object", "raw", "tracking"):
         assert f"Its subfolder {name}/ has the {name} layout: name that." in notes
     assert check_data(shared / "detections/point_gnn").parts[0].objects == {"Car": 2520}
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "fault"),
+    [(3, 400.0, "to the left of camera 2"), (0, 900.0, "rectified pair"), (2, 7.0, "rectified")],
+)
+def test_cameras_2_and_3_are_a_pair(
+    object_root: Path, entry: int, value: float, fault: str
+) -> None:
+    """Unless there are no pictures of one of them."""
+    path = object_root / "training" / "calib" / "000003.txt"
+    lines = path.read_text().splitlines()
+    number = next(i for i, line in enumerate(lines) if line.startswith("P3:"))
+    words = lines[number].split()
+    words[entry + 1] = str(value)
+    lines[number] = " ".join(words)
+    path.write_text("\n".join(lines))
+    (broken,) = check_data(object_root).broken
+    assert fault in str(broken)
+    assert str(broken).startswith(str(path))
+    shutil.rmtree(object_root / "training" / "image_3")
+    assert check_data(object_root).ok
