@@ -8,7 +8,7 @@ a name, a dictionary of a name and its arguments, or the object itself.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import StrEnum
 from importlib import import_module, metadata
 from inspect import Parameter, signature
@@ -195,6 +195,7 @@ def make(kind: Kind | str, what: Any) -> Any:
     if not isinstance(what, str | Mapping):
         return what
     name, arguments = _known(kind, what)
+    _check_names(kind, name, arguments)
     factory, defaults, where = _factory(kind, name)
     try:
         return factory(**(defaults | arguments))
@@ -345,28 +346,54 @@ def _check_names(kind: Kind, name: str, arguments: Mapping[str, Any]) -> None:
         ConfigurationError: It has no such argument, or lacks one.
     """
     factory, defaults, where = _factory(kind, name)
-    try:
-        parameters = list(signature(factory).parameters.values())
-    except (TypeError, ValueError):  # Not every callable shows its arguments: `make` finds out.
-        return
-    if any(each.kind == Parameter.VAR_KEYWORD for each in parameters):
-        return
-    named = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
-    known = [each.name for each in parameters if each.kind in named]
-    for given in arguments:
-        if given not in known:
-            problem = f"the {kind} {name!r} has no argument {given!r}{where}"
-            raise ConfigurationError(unknown_name(problem, str(given), known))
-    for each in parameters:
-        if (
-            each.kind in named
-            and each.default is each.empty
-            and each.name not in {**defaults, **arguments}
-        ):
+    check_arguments(f"the {kind} {name!r}", factory, arguments, where)
+    for each in _parameters(factory) or ():
+        if each.default is each.empty and each.name not in {**defaults, **arguments}:
             raise ConfigurationError(
                 f"the {kind} {name!r} needs the argument {each.name!r}{where}: give a dictionary "
                 f'such as {{"name": "{name}", "{each.name}": ...}}'
             )
+
+
+def check_arguments(
+    what: str, factory: Callable[..., Any], arguments: Iterable[str], where: str = ""
+) -> None:
+    """Refuse arguments that a factory does not have, before it is called.
+
+    Args:
+        what: What it makes, for the message.
+        factory: Makes it from keyword arguments.
+        arguments: The names of those that are given.
+        where: Where its arguments are described, for the message.
+
+    Raises:
+        ConfigurationError: It has no such argument.
+
+    Example:
+        >>> check_arguments("a number", complex, ["image"])  # doctest: +ELLIPSIS
+        Traceback (most recent call last):
+        avsec_gym.errors.ConfigurationError: a number has no argument 'image'. Did you mean...
+    """
+    parameters = _parameters(factory)
+    if parameters is None:
+        return
+    known = [each.name for each in parameters]
+    for given in arguments:
+        if given not in known:
+            problem = f"{what} has no argument {given!r}{where}"
+            raise ConfigurationError(unknown_name(problem, str(given), known))
+
+
+def _parameters(factory: Callable[..., Any]) -> list[Parameter] | None:
+    """What may be given by name; None where it cannot be known, or may be anything."""
+    try:
+        parameters = list(signature(factory).parameters.values())
+    except (TypeError, ValueError):  # Not every callable shows its arguments.
+        return None
+    if any(each.kind == Parameter.VAR_KEYWORD for each in parameters):
+        return None
+    named = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
+    return [each for each in parameters if each.kind in named]
 
 
 def _kind(kind: Kind | str) -> Kind:

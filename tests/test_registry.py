@@ -114,8 +114,9 @@ def test_unknown_kinds_list_the_known_ones() -> None:
 
 
 def test_arguments_that_do_not_fit() -> None:
-    with pytest.raises(ConfigurationError, match=r"'astar' cannot be made: .*speed"):
-        make("planner", {"name": "astar", "speed": 3})
+    for ask in (make, check):
+        with pytest.raises(ConfigurationError, match=r"no argument 'node_limt'.*\"node_limit\"\?"):
+            ask("planner", {"name": "astar", "node_limt": 3})
     with pytest.raises(ConfigurationError, match="needs a 'name'"):
         make("planner", {"node_limit": 3})
 

@@ -286,7 +286,7 @@ def test_what_cannot_be_is_refused(
         (["--attack", '{"name": "facula", "camera": 7}'], "attacks 7; the sensors lidar 2 1 0"),
         (["--attack", '{"name": "thesis", "sensors": []}'], "attacks no sensor"),
         (["--attack", ""], "no optical attack named ''"),
-        (["--depth", '{"name": "sgbm", "blocks": 1}'], "sgbm cannot be made"),
+        (["--depth", '{"name": "sgbm", "blocks": 1}'], "no argument 'blocks'"),
         (["--depth", '{"name": "sgbm", "nearest": -1}'], "nearest takes a number from 0.01"),
     ],
 )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import Disparity
+from avsec_gym.registry import check_arguments
 from avsec_gym.suggestions import unknown_name
 
 _BUILT_IN: dict[str, tuple[str, dict[str, Any]]] = {
@@ -92,8 +93,10 @@ def make_depth(what: Any = "sgbm") -> Any:
     check_depth(name)
     path, defaults = _BUILT_IN[name]
     module, attribute = path.split(":")
+    factory = getattr(import_module(module), attribute)
+    check_arguments(f"the depth estimator {name!r}", factory, arguments)
     try:
-        return getattr(import_module(module), attribute)(**(defaults | arguments))
+        return factory(**(defaults | arguments))
     except TypeError as error:
         raise ConfigurationError(f"the depth estimator {name!r} cannot be made: {error}") from error
 

@@ -16,6 +16,7 @@ from avsec_gym.frame import Calibration, Image
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DepthEstimator, check_depth, make_depth
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
+from avsec_gym.registry import check_arguments
 from avsec_gym.validation.evidence.seen_by_both import SeenByBoth
 
 _STEP = 16
@@ -64,10 +65,8 @@ class PairDepth:
         check_depth(self.settings.get("name"))
         if (settings := self.settings)["name"] == "sgbm":
             arguments = {name: value for name, value in settings.items() if name not in _OWN}
-            try:
-                WholeWidthMatching(**arguments)
-            except TypeError as error:
-                raise ConfigurationError(f"sgbm cannot be made: {error}") from error
+            check_arguments("the depth estimator 'sgbm'", WholeWidthMatching, arguments)
+            WholeWidthMatching(**arguments)
 
     @property
     def settings(self) -> dict[str, Any]:
