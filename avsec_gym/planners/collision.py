@@ -6,6 +6,7 @@ that planner and check cannot share a bug.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
-from avsec_gym.scenario.shapes import Rectangle, members
+from avsec_gym.scenario.shapes import Disc, Piece, Polygon, Rectangle, members
 
 ALWAYS, FOR_EVER = -(2**40), 2**40
 """Time steps before and after all others."""
@@ -75,10 +76,11 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> CollisionWorld:
         vertices, corners, radius, centres = _rectangle_pieces(obstacles.shapes)  # type: ignore[arg-type]
     else:
         flat = [
-            (i, piece, member.centre)
+            (i, piece, centre)
             for i, shape in enumerate(obstacles.shapes)
             for member in members(shape)
-            for piece in member.convex_pieces()
+            for centre, pieces in [_pieces(member)]
+            for piece in pieces
         ]
         owner = np.array([i for i, _, _ in flat], np.int64)
         corners = np.array([len(piece.vertices) for _, piece, _ in flat], np.int64)
@@ -107,6 +109,12 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> CollisionWorld:
         presence=np.column_stack([first, known, last]),
         edges=edges,
     )
+
+
+@lru_cache(maxsize=256)
+def _pieces(shape: Rectangle | Disc | Polygon) -> tuple[tuple[float, float], list[Piece]]:
+    """What a shape turns about, and its convex pieces: many obstacles are of one shape."""
+    return shape.centre, shape.convex_pieces()
 
 
 def within_reach(world: CollisionWorld, x: float, y: float, distance: float) -> CollisionWorld:

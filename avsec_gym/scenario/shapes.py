@@ -114,11 +114,9 @@ class Polygon:
         ring = np.array(polygon.exterior.coords)[:-1]
         if np.isclose(polygon.convex_hull.area, polygon.area, rtol=1e-12):
             return [Piece(ring, 0.0)]
-        triangles = shapely.constrained_delaunay_triangles(polygon)
-        return [
-            Piece(np.array(shapely.orient_polygons(part).exterior.coords)[:-1], 0.0)
-            for part in triangles.geoms
-        ]
+        triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+        rings = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)
+        return [Piece(ring[:3], 0.0) for ring in rings]
 
 
 @dataclass(frozen=True, slots=True)
