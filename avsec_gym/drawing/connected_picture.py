@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from avsec_gym.drawing.figure_style import as_drawn
 from avsec_gym.geometry import Floats
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.folders import make_folder
@@ -68,7 +69,8 @@ def draw_connected(
             fontsize=10,
         )
     heading = f"{result.id}   {_status(result)}   by {result.method}"
-    figure.suptitle(heading if not origin else f"{heading}\n{origin}", fontsize=10)
+    heading = heading if not origin else f"{heading}\n{origin}"
+    figure.suptitle(as_drawn(heading), fontsize=10)
     return figure
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.closed_loop.drive_film import DriveFilm
-from avsec_gym.drawing.figure_style import FAINT, INK
+from avsec_gym.drawing.figure_style import FAINT, INK, as_text
 from avsec_gym.drawing.film_picture import CONTACT, FilmView, film_picture
 from avsec_gym.frame import Image
 
@@ -163,7 +163,7 @@ def _written(image: Image, words: Sequence[_Words]) -> Image:
     picture = Pillow.fromarray(image)
     pen = ImageDraw.Draw(picture)
     for each in words:
-        pen.text(each.at, each.text, fill=each.colour, font=_font(each.bold))
+        pen.text(each.at, as_text(each.text), fill=each.colour, font=_font(each.bold))
     return np.asarray(picture).copy()
 
 

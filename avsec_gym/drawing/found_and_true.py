@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.figure_style import as_drawn
 from avsec_gym.drawing.scenario_picture import INK, REAL, ROAD
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, box_corners, project, rectangle_corners
@@ -47,7 +48,7 @@ def draw_frame(
     tall = len(found) * height / width * 10.0
     above = tall * 2 * _ASIDE / _AHEAD
     figure = Figure(figsize=(10.0 + above + 0.3, tall + 0.4), dpi=110, facecolor="white")
-    figure.text(0.01, 1 - 0.13 / (tall + 0.4), title, va="top", size=10, color=INK)
+    figure.text(0.01, 1 - 0.13 / (tall + 0.4), as_drawn(title), va="top", size=10, color=INK)
     right, top = 10.0 / (10.3 + above), tall / (tall + 0.4)
     for row, ((name, boxes), colour) in enumerate(zip(found.items(), COLOURS, strict=False)):
         part = top / len(found)
@@ -59,7 +60,7 @@ def draw_frame(
         axes.set_xlim(0, width)
         axes.set_ylim(height, 0)
         axes.axis("off")
-        axes.text(8, 10, name, color="white", size=9, weight="bold", va="top",
+        axes.text(8, 10, as_drawn(name), color="white", size=9, weight="bold", va="top",
                   bbox={"facecolor": colour, "edgecolor": "none", "pad": 2.5})  # fmt: skip
     draw_from_above(
         figure.add_axes((right + 0.1 / (10.3 + above), 0.0, above / (10.3 + above), top)),
@@ -82,7 +83,7 @@ def draw_frames_from_above(frames: Mapping[str, tuple[Boxes3D, Mapping[str, Boxe
     panels = figure.subplots(1, len(frames), squeeze=False)[0]
     for axes, (name, (truth, found)) in zip(panels, frames.items(), strict=True):
         draw_from_above(axes, truth, found)
-        axes.set_title(name, loc="left", size=10, color=INK)
+        axes.set_title(as_drawn(name), loc="left", size=10, color=INK)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=5, frameon=False, fontsize=9)
     return figure
@@ -126,7 +127,9 @@ def draw_from_above(axes: Axes, truth: Boxes3D, found: Mapping[str, Boxes3D]) ->
     for (name, boxes), colour in zip(found.items(), COLOURS, strict=False):
         outlines = _footprints(boxes)
         axes.add_collection(
-            PolyCollection(outlines, facecolor="none", edgecolor=colour, lw=1.5, label=name)
+            PolyCollection(
+                outlines, facecolor="none", edgecolor=colour, lw=1.5, label=as_drawn(name)
+            )
         )
         for outline, score in zip(outlines, boxes.score, strict=True):
             nose = outline[[0, 3]].mean(axis=0), outline.mean(axis=0)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE, INK
+from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE, INK, as_drawn
 from avsec_gym.metrics.average_precision import METRICS, AveragePrecision
 from avsec_gym.metrics.average_precision_frames import LEVELS
 
@@ -36,7 +36,7 @@ def draw_precision_recall(result: AveragePrecision, *, title: str = "") -> Figur
     height = 2.5 * max(len(rows), 1) + 1.0
     with mpl.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(12.5, height), dpi=110, facecolor="white")
-        figure.text(0.05, 1 - 0.15 / height, title, ha="left", va="top", fontsize=10)
+        figure.text(0.05, 1 - 0.15 / height, as_drawn(title), ha="left", va="top", fontsize=10)
         if not rows:
             return figure
         panels = figure.subplots(

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from avsec_gym.drawing.figure_style import as_drawn
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.metrics.safety import COLLISION, SAFE
@@ -49,7 +50,7 @@ def draw_drive(drive: Episode, *, vehicle: Vehicle = BMW_320I, title: str | None
     problem = drive.problem
     if title is None:
         title = f"{problem.id} · {problem.intention or ''} · {problem.road_type or ''}".strip(" ·")
-    figure.text(0.02, 0.945, title, size=13, weight="bold", color=INK, va="center")
+    figure.text(0.02, 0.945, as_drawn(title), size=13, weight="bold", color=INK, va="center")
     figure.text(
         0.98, 0.945, word.upper(), size=13, weight="bold", color=colour, va="center", ha="right"
     )
