@@ -7,18 +7,25 @@ from pathlib import Path
 from avsec_gym.errors import DataError
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.scene_set import SceneSet, collected
+from avsec_gym.storage.regular_files import is_folder
 
 
 def commonroad_folder(folder: str | Path) -> SceneSet:
     """Scenes that CommonRoad files give; broken files are left out and reported.
 
     Raises:
-        DataError: No file can be read.
+        DataError: There is no such folder, or no file in it can be read.
     """
     from avsec_gym.scenario.builder import TIME_STEP
     from avsec_gym.scenario.commonroad import read_commonroad
 
     folder = Path(folder)
+    if not is_folder(folder):
+        raise DataError(
+            "There is no such folder.",
+            path=folder,
+            remedy="Name a folder of CommonRoad 2020a XML files.",
+        )
     scenes: list[GivenScene] = []
     errors: list[DataError] = []
     for path in sorted(folder.glob("*.xml")):

@@ -34,12 +34,13 @@ from avsec_gym.kitti import (
 )
 from avsec_gym.perception.weights.published import published_state
 from avsec_gym.perception.weights.torch_files import read_torch_file
-from avsec_gym.planners.primitive_files import write_primitives
+from avsec_gym.planners.primitive_files import read_primitives, write_primitives
 from avsec_gym.planners.primitives import generate_primitives
 from avsec_gym.road_type import RoadType
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.builder import build_planning_scenario
-from avsec_gym.scenario.commonroad import write_commonroad
+from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
+from avsec_gym.scenario.commonroad_scenes import commonroad_folder
 from avsec_gym.scenario.scene_sets import label_folder, labelled_scenarios
 from avsec_gym.validation.thresholds import read_threshold_table
 from avsec_gym.world.export import changed_files
@@ -71,6 +72,9 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "run": RunFolder.open,
     "thresholds": read_threshold_table,
     "data set": changed_files,
+    "CommonRoad file": read_commonroad,
+    "CommonRoad folder": commonroad_folder,
+    "primitives": read_primitives,
     "scenes": labelled_scenarios,
     "labelled scenes": label_folder,
 }
