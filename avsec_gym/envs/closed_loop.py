@@ -108,7 +108,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       as attacks on sensors and validators need them; or `{"name": "error_model", "model": FILE}`:
       errors drawn as those of a detector, without images; or a live `DrivePerception`.
     * `detector="dsgn"`, `attack=None`, `classifier=None`, `selector=None`, `validator=None`,
-      `response="stop"`, `score_threshold=0.3`: the parts of cars with sensors, as everywhere.
+      `response="stop"`, `score_threshold=0.3`: the parts of cars with sensors, as everywhere; named
+      beside another perception, they are refused.
     * `motion="truth"`: how the planner takes believed objects to move: as the true object that
       each overlaps most; `"static"`; `"classifier"`.
     * `planner="astar"`: of `PlannerDriver`.

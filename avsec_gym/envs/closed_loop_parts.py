@@ -45,6 +45,8 @@ SENSING = (SENSORS, LIDAR, STEREO)
 """Those that read what the sensors deliver."""
 _DETECTORS = {LIDAR: "pixor", STEREO: "dsgn"}
 """Detectors where none is named."""
+_SENSING_PARTS = ("attack", "classifier", "selector", "validator")
+"""Parts that work on what sensors deliver, or on what is detected in it."""
 
 Made = DrivePerception | Callable[[], DrivePerception]
 
@@ -102,7 +104,8 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         parts: The parts of the car.
 
     Raises:
-        ConfigurationError: A name is unknown, or thresholds have no table.
+        ConfigurationError: A name is unknown, thresholds have no table, or a part is named that
+            this perception would never ask.
     """
     with one_thread():
         planner = make(Kind.PLANNER, parts.planner)
@@ -121,6 +124,8 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
                 f'perception is "{TRUTH}", "{BLIND}", "{LIDAR}", "{STEREO}", "{SENSORS}", an error '
                 f"model, or has begin and perceive; got {perception!r}"
             )
+        if isinstance(perception, ErrorModelPerception):
+            _refuse_unasked(parts, "perception by an error model")
         return perception, planner
     level = one_of("perception", perception, (TRUTH, BLIND, *SENSING))
     if parts.motion == Motion.CLASSIFIER and level not in (SENSORS, STEREO):
@@ -128,10 +133,9 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
             'motion="classifier" needs perception="sensors" and a classifier, such as "small"; '
             'without one use "static" or "truth"'
         )
-    if level == TRUTH:
-        return TruthPerception(), planner
-    if level == BLIND:
-        return BlindPerception(), planner
+    if level not in SENSING:
+        _refuse_unasked(parts, f'perception="{level}"')
+        return (TruthPerception() if level == TRUTH else BlindPerception()), planner
 
     def sensors() -> DrivePerception:
         with one_thread():
@@ -148,6 +152,18 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         return SensorPerception(pipeline, _needs(level, pipeline))
 
     return sensors, planner
+
+
+def _refuse_unasked(parts: Parts, perception: str) -> None:
+    """Refuse parts of cars with sensors where nothing is sensed: they would never be asked."""
+    named = [name for name in _SENSING_PARTS if getattr(parts, name) is not None]
+    if parts.detector != Parts.detector:
+        named.append("detector")
+    if named:
+        raise ConfigurationError(
+            f"{perception} reads no sensor data, so that {' and '.join(named)} would never be "
+            f'asked: give perception="{SENSORS}", or leave out what is not to be asked'
+        )
 
 
 def _needs(level: str, pipeline: Pipeline) -> SensorNeeds:

@@ -161,3 +161,23 @@ def test_an_intention_that_no_scene_has_a_lane_for_is_refused() -> None:
     assert missing, "a two-way street has one lane of each direction"
     with pytest.raises(ConfigurationError, match="no scene has a lane"):
         env.reset(seed=0, options={"intention": str(missing.pop())})
+
+
+@pytest.mark.parametrize(
+    "perception", ["truth", "blind", {"name": "error_model", "model": "stereo_rcnn"}], ids=str
+)
+@pytest.mark.parametrize(
+    "part",
+    [{"attack": {"name": "facula", "camera": 2}}, {"classifier": "small"}, {"selector": "small"},
+     {"detector": "stereo_rcnn"}],
+    ids=str,
+)  # fmt: skip
+@pytest.mark.parametrize("id", ["avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"])
+def test_parts_that_would_never_be_asked_are_refused(
+    id: str, part: dict[str, Any], perception: Any
+) -> None:
+    """A car that was to be attacked drove on by the truth, without a word."""
+    if id == "avsec/ClosedLoopAttack-v0" and "attack" in part:
+        pytest.skip("the agent plays the attack")
+    with pytest.raises(ConfigurationError, match=f"{next(iter(part))} would never be asked"):
+        gym.make(id, scenarios=FEW, perception=perception, **part)
