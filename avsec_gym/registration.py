@@ -83,6 +83,7 @@ CATALOGUE = (
         id="avsec/ClosedLoopAttack-v0",
         entry_point="avsec_gym.envs.closed_loop_attack:ClosedLoopAttackEnv",
         max_episode_steps=None,  # Its drive's duration.
+        vector_entry_point=("avsec_gym.envs.closed_loop_attack_vector:ClosedLoopAttackVectorEnv"),
     ),
 )
 

@@ -69,10 +69,11 @@ class DriveFilm:
 
     def content(self) -> bytes:
         """The file's bytes: the same for the same film; places to a tenth of a millimetre."""
-        arrays = {}
+        arrays: dict[str, Any] = {}
         for each in fields(self):
-            array = getattr(self, each.name)
-            arrays[each.name] = array.round(4) if array.dtype.kind == "f" else array
+            array = np.ascontiguousarray(getattr(self, each.name))
+            # Zero has one sign: which one a sum has depends on the plane that it is made in.
+            arrays[each.name] = array.round(4) + 0.0 if array.dtype.kind == "f" else array
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
         return buffer.getvalue()

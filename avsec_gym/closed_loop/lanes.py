@@ -102,6 +102,13 @@ class Lanes:
         return tuple(areas)
 
     @cached_property
+    def drivable(self) -> shapely.Geometry:
+        """The area that may be driven on, prepared for many questions."""
+        area = self.road.area.buffer(_SEAM)
+        shapely.prepare(area)
+        return area
+
+    @cached_property
     def own_lines(self) -> dict[int, CentreLine]:
         """The centre line of each lanelet alone."""
         return {lanelet.id: CentreLine(centre_points(lanelet)) for lanelet in self.road.lanelets}

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.closed_loop.relative_poses import Pose
+from avsec_gym.closed_loop.relative_poses import Pose, seen_from
+from avsec_gym.closed_loop.traffic_scene import Sensors, TrafficScene
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, ego_to_camera
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import EgoState
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,3 +48,62 @@ class Surroundings:
     intention: Intention = Intention.STRAIGHT
     scenario: str = ""
     frame: Callable[[], SensorFrame] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Actors:
+    """All actors of a scene at one instant, in the order of its tracks; N of them.
+
+    Args:
+        poses: x, y, heading in the world frame, shape (N, 3).
+        speeds: Speeds along the headings, m/s, shape (N,).
+        present: Whether each is there, shape (N,).
+    """
+
+    poses: Floats
+    speeds: Floats
+    present: NDArray[np.bool_]
+
+    def around(
+        self, scene: TrafficScene, state: EgoState, elapsed: float, intention: Intention
+    ) -> Surroundings:
+        """The truth at this instant, as it lies around a car.
+
+        Args:
+            scene: The scene.
+            state: The car's state.
+            elapsed: Seconds since the start of the drive.
+            intention: Where the car wants to go.
+        """
+        tracks, there, sensors = scene.tracks, self.present, scene.sensors
+        pose = (state.x, state.y, state.heading)
+        ids, poses, speeds = tracks.ids[there], self.poses[there], self.speeds[there]
+        location, rotation_y = ego_to_camera(seen_from(pose, poses), tracks.below[there])
+        boxes = Boxes3D(
+            location=location.reshape(len(ids), 3),
+            dimensions=tracks.dimensions[there],
+            rotation_y=rotation_y,
+            score=np.ones(len(ids)),
+            category=tracks.categories[there],
+            moving=np.abs(speeds) > 0,
+        )
+
+        def frame(deliver: Sensors) -> SensorFrame:
+            others = {
+                int(id): (float(x), float(y), float(heading))
+                for id, (x, y, heading) in zip(ids, poses, strict=True)
+            }
+            return deliver(elapsed, pose, others)
+
+        return Surroundings(
+            time=elapsed,
+            pose=pose,
+            speed=state.velocity,
+            boxes=boxes,
+            speeds=speeds,
+            actors=ids,
+            road_type=scene.road_type,
+            intention=intention,
+            scenario=scene.id,
+            frame=None if sensors is None else partial(frame, sensors),
+        )

@@ -72,6 +72,23 @@ class Tracks:
             speed += share * (float(self.speeds[actor, after]) - speed)
         return x, y, heading, speed
 
+    def states(self, times: NDArray[np.floating[Any]]) -> tuple[Floats, Floats]:
+        """`state` of all actors at F times: poses, shape (F, N, 3), and speeds, shape (F, N).
+
+        Args:
+            times: Seconds, shape (F,).
+        """
+        first, last, rows = self.first, self.last, np.arange(len(self))
+        step = np.minimum(np.maximum((times / STEP)[:, None], first), last)
+        before = np.minimum((step + _SHORT).astype(np.int64), last)
+        after = np.minimum(before + 1, last)
+        share = np.where(step - before > _SHORT, step - before, 0.0)
+        poses, further = self.poses[rows, before], self.poses[rows, after]
+        speeds, faster = self.speeds[rows, before], self.speeds[rows, after]
+        poses[..., :2] += share[..., None] * (further[..., :2] - poses[..., :2])
+        poses[..., 2] += share * wrap_angle(further[..., 2] - poses[..., 2])
+        return poses, speeds + share * (faster - speeds)
+
     @classmethod
     def at_constant_velocity(
         cls,

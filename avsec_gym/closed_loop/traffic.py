@@ -8,12 +8,10 @@ import numpy as np
 from highway_env.road.road import Road
 from numpy.typing import NDArray
 
-from avsec_gym.boxes import Boxes3D
-from avsec_gym.closed_loop.relative_poses import Pose, seen_from
-from avsec_gym.closed_loop.surroundings import Surroundings
+from avsec_gym.closed_loop.surroundings import Actors, Surroundings
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.closed_loop.vehicles import ReactingVehicle, RecordedVehicle
-from avsec_gym.geometry import Floats, ego_to_camera
+from avsec_gym.geometry import Floats
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
 
@@ -97,22 +95,6 @@ class RoadTraffic:
         """Length and width of all actors, shape (N, 2)."""
         return self.scene.tracks.dimensions[:, [2, 1]]
 
-    def boxes(self, pose: Pose) -> Boxes3D:
-        """Those that are there, in the camera frame of a car at a pose."""
-        tracks, there = self.scene.tracks, self.present
-        location, rotation_y = ego_to_camera(
-            seen_from(pose, self.poses()[there]), tracks.below[there]
-        )
-        count = int(there.sum())
-        return Boxes3D(
-            location=location.reshape(count, 3),
-            dimensions=tracks.dimensions[there],
-            rotation_y=rotation_y,
-            score=np.ones(count),
-            category=tracks.categories[there],
-            moving=np.abs(self.speeds()[there]) > 0,
-        )
-
     def around(self, state: EgoState, elapsed: float, intention: Intention) -> Surroundings:
         """The truth at this instant, as it lies around a car.
 
@@ -121,22 +103,5 @@ class RoadTraffic:
             elapsed: Seconds since the start of the drive.
             intention: Where the car wants to go.
         """
-        scene, there, sensors = self.scene, self.present, self.scene.sensors
-        pose = (state.x, state.y, state.heading)
-        ids, poses = scene.tracks.ids[there], self.poses()[there]
-        others: dict[int, Pose] = {
-            int(id): (float(x), float(y), float(heading))
-            for id, (x, y, heading) in zip(ids, poses, strict=True)
-        }
-        return Surroundings(
-            time=elapsed,
-            pose=pose,
-            speed=state.velocity,
-            boxes=self.boxes(pose),
-            speeds=self.speeds()[there],
-            actors=ids,
-            road_type=scene.road_type,
-            intention=intention,
-            scenario=scene.id,
-            frame=None if sensors is None else lambda: sensors(elapsed, pose, others),
-        )
+        actors = Actors(self.poses(), self.speeds(), self.present)
+        return actors.around(self.scene, state, elapsed, intention)

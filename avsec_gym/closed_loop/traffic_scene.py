@@ -65,8 +65,8 @@ class TrafficScene:
 
     @cached_property
     def lanes(self) -> Lanes:
-        """The lanes of the road."""
-        return Lanes(self.road)
+        """The lanes of the road; scenes on one road share them."""
+        return _lanes_of(self.road)
 
     @cached_property
     def start_lane(self) -> int:
@@ -92,12 +92,15 @@ class TrafficScene:
             )
         return lane
 
-    @cached_property
+    @property
     def drivable(self) -> shapely.Geometry:
         """The area that may be driven on, prepared for many questions."""
-        area = self.road.area.buffer(0.01)
-        shapely.prepare(area)
-        return area
+        return self.lanes.drivable
+
+
+@lru_cache(maxsize=16)
+def _lanes_of(road: Road) -> Lanes:
+    return Lanes(road)
 
 
 @lru_cache(maxsize=1)

@@ -8,6 +8,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from avsec_gym.envs.light_closed_loop import light_form
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.registration import register_environments
@@ -33,7 +34,7 @@ class DriveSetting:
         return self.arguments.get("perception") in ("sensors", "lidar", "stereo")
 
     def environment(self, scenarios: Any) -> gym.Env[Any, Any]:
-        """The environment to drive in.
+        """The environment to drive in: without highway-env where that makes the same drives.
 
         Args:
             scenarios: The scenes, as the environment takes them.
@@ -45,9 +46,10 @@ class DriveSetting:
         register_environments()
         try:
             with one_thread():
-                return gym.make(
+                made: gym.Env[Any, Any] = gym.make(
                     ENVIRONMENT, scenarios=scenarios, disable_env_checker=True, **self.arguments
                 )
+                return light_form(made.unwrapped) or made  # type: ignore[arg-type]
         except ConfigurationError as error:
             raise ConfigurationError(f"setting {self.name}: {error}") from error
 

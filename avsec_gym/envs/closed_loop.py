@@ -150,6 +150,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
         self._scenes: LoopScenes | None = None
+        self.has_usual_config = not config
+        """Whether highway-env's configuration is the default of this environment."""
         self._ready = False
         self.intention = Intention.STRAIGHT
         super().__init__(config=config, render_mode=render_mode)
@@ -206,6 +208,11 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         return self._scenes
 
     @property
+    def has_sensors(self) -> bool:
+        """Whether the car believes what its sensors show."""
+        return callable(self._perception) or isinstance(self._perception, SensorPerception)
+
+    @property
     def perception(self) -> DrivePerception:
         """The car's perception, made when it is first needed."""
         if callable(self._perception):
@@ -256,6 +263,27 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._progress = self._before = 0.0
         self.perception.begin(int(self.np_random.integers(2**31)))
         self._perceive()
+
+    @property
+    def drive(self) -> RoadTraffic:
+        """What each reset makes anew, and with it the drive."""
+        return self.traffic
+
+    @property
+    def controls(self) -> tuple[float, float]:
+        """Acceleration, m/s2, and steering angle, radians to the left, that were asked for last."""
+        acting = self.vehicle.action
+        return float(acting["acceleration"]), mirrored_angle(float(acting["steering"]))
+
+    @property
+    def action_ranges(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """What actions from -1 to 1 stand for, m/s2 and radians to the right.
+
+        None: the actions are others.
+        """
+        if self.config["action"]["type"] != "ContinuousAction":
+            return None
+        return self.action_type.acceleration_range, self.action_type.steering_range
 
     @property
     def outcome(self) -> Outcome | None:

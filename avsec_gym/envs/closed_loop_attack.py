@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -33,6 +32,7 @@ from avsec_gym.envs.closed_loop_parts import (
 from avsec_gym.envs.drive_budget import DriveBudget, Spent
 from avsec_gym.envs.drivers import driver_of
 from avsec_gym.envs.judged_drives import JudgedDrives, is_safe, is_to_blame, seed_of
+from avsec_gym.envs.light_closed_loop import ACCELERATION, STEERING, LightClosedLoopEnv
 from avsec_gym.envs.parts import Parts, parts_of, takes_parts
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
@@ -50,15 +50,14 @@ _DRAWS = 50
 """Draws for each scene of a set until it counts as one that no car drives safely."""
 
 
-@takes_parts(
-    Kind.ATTACK,
-    refused={
-        "attack": 'the agent plays it: `kind` names what it can do, such as "ghost"',
-        "clean": "thresholds come as a table here, which `avsec validate` makes",
-    },
-    scenarios="layouts",
-    motion="truth",
-)
+REFUSED = {
+    "attack": 'the agent plays it: `kind` names what it can do, such as "ghost"',
+    "clean": "thresholds come as a table here, which `avsec validate` makes",
+}
+"""Parts that have no meaning here, with the reason."""
+
+
+@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="layouts", motion="truth")
 class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """Make a car drive unsafely by its own fault, over time and within a budget.
 
@@ -168,15 +167,14 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         taken = parts_of(self, with_detector(perception, parts))
         self.drives_on_at_alarms = taken.response is None
         self._seen = AttackedPerception(_checked(perception, taken, self.attack), self.attack)
-        drives: dict[str, Any] = {
+        self._drives: dict[str, Any] = {
             "traffic": traffic,
             "duration": duration,
             "config": config,
             **{name: getattr(taken, name) for name in _OF_THE_DRIVE},
         }
-        self.drive = ClosedLoopEnv(perception=self._seen, render_mode=render_mode, **drives)
-        self.driver = driver_of(driver, self.drive)
-        self._made_of = {"driver": driver, **drives}
+        self.drive = self._driven_by(self._seen, render_mode=render_mode)
+        self.driver, self._named_driver = driver_of(driver, self.drive), driver
         self._unattacked: JudgedDrives | None = None
         self._blind: JudgedDrives | None = None
         size = self.attack.action_size
@@ -205,10 +203,14 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         return self._blind
 
     def _without_attack(self, perception: DrivePerception) -> JudgedDrives:
-        arguments = self._made_of | {"scenarios": self.drive.scenes}
-        driver = arguments.pop("driver")
-        drive = ClosedLoopEnv(perception=perception, **arguments)
-        return JudgedDrives(drive, driver_of(driver, drive))
+        drive = self._driven_by(perception, scenarios=self.drive.scenes)
+        return JudgedDrives(drive, driver_of(self._named_driver, drive))
+
+    def _driven_by(
+        self, perception: DrivePerception, **more: Any
+    ) -> ClosedLoopEnv | LightClosedLoopEnv:
+        """The car, which believes what a perception makes of the world."""
+        return ClosedLoopEnv(perception=perception, **(self._drives | more))
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -285,12 +287,12 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def _observe(self) -> NDArray[np.float32]:
         drive, around = self.drive, self._seen.around
         truth = belief_of(TruthPerception().perceive(around), around, Motion.TRUTH)
-        car = drive.vehicle
+        acceleration, steering = drive.controls
         happened = [
             *self._spent.left(self.budget),
             float(self._seen.alarm),
-            car.action["acceleration"] / 8.0,
-            -car.action["steering"] / (math.pi / 4),
+            acceleration / ACCELERATION,
+            steering / STEERING,
         ]
         known = (
             about_the_car(drive.scene, drive.intention, drive.state, drive.remaining, drive.belief),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.closed_loop.light.beliefs import Believed
+from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.light.car_motion import HEADING, SPEED, STEERING, X, Y
 from avsec_gym.closed_loop.light.light_drive import LightDrive
 from avsec_gym.closed_loop.light.road_table import (
@@ -27,18 +27,19 @@ _LOOK = 15.0
 """Metres ahead at which a lane is looked at."""
 
 
-def show(drive: LightDrive, believed: Believed, row: NDArray[np.float32]) -> None:
+def show(drive: LightDrive, belief: Belief, row: NDArray[np.float32]) -> None:
     """Write what the driver of a light drive is shown.
 
     Args:
         drive: The drive.
-        believed: What the car believes.
+        belief: What the car believes.
         row: Memory for the observation, shape (13 + 9 objects,).
     """
-    scene = drive.place.scene
     left, share = drive.remaining
-    others = (left, share, scene.cruise[0], float(scene.road_type == RoadType.HIGHWAY))
-    _show(drive.place.road, drive.aim.lane, drive.car, others, *believed, row)
+    highway = float(belief.road_type == RoadType.HIGHWAY)
+    others = (left, share, drive.place.scene.cruise[0], highway, float(belief.stops))
+    objects = (belief.poses, belief.lengths, belief.widths, belief.speeds)
+    _show(drive.place.road, drive.aim.lane, drive.car, others, *objects, row)
 
 
 @kernel(nogil=True)
@@ -46,7 +47,7 @@ def _show(
     road: RoadTable,
     target: int,
     car: Floats,
-    others: tuple[float, float, float, float],
+    others: tuple[float, float, float, float, float],
     poses: Floats,
     lengths: Floats,
     widths: Floats,
@@ -69,7 +70,7 @@ def _show(
         row[3 + 3 * k] = _cut(turned / math.pi)
         row[4 + 3 * k] = _cut(bends / 10.0)
     row[8], row[9] = _cut(others[0] / 100.0), _cut(others[1])
-    row[10], row[11] = _cut(others[2] / 25.0), others[3]
+    row[10], row[11], row[12] = _cut(others[2] / 25.0), others[3], others[4]
     # The nearest objects, in the car's frame.
     apart = np.hypot(poses[:, 0] - x, poses[:, 1] - y)
     for k in range(min(len(apart), (len(row) - OWN) // EACH)):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.planner_policy import REPLANNING, PlannerPolicy
-from avsec_gym.envs.closed_loop_vector import ACCELERATION, STEERING, ClosedLoopVectorEnv
+from avsec_gym.envs.closed_loop_vector import ClosedLoopVectorEnv
 from avsec_gym.errors import ConfigurationError
 
 
@@ -40,7 +40,7 @@ class PlannerDriver:
     ) -> None:
         played: Any = environment.unwrapped
         self._environment = played
-        if played.config["action"]["type"] != "ContinuousAction":
+        if played.action_ranges is None:
             raise ConfigurationError("a planner drives by continuous actions")
         chosen = played.planner if planner is None else planner
         self.policy = PlannerPolicy(chosen, replanning)
@@ -65,13 +65,12 @@ class PlannerDriver:
             Actions in [-1, 1], shape (2,) or (1, 2), and the state.
         """
         played = self._environment
-        if self._drive is not played.traffic:
-            self._drive = played.traffic
+        if self._drive is not played.drive:
+            self._drive = played.drive
             self.policy.begin(played.scene, played.intention)
         acceleration, steering = self.policy.drive(played.state, played.belief)
-        ranges = (played.action_type.acceleration_range, played.action_type.steering_range)
         # highway-env steers to the right.
-        wanted = zip((acceleration, -steering), ranges, strict=True)
+        wanted = zip((acceleration, -steering), played.action_ranges, strict=True)
         action = np.array([_scaled(value, *span) for value, span in wanted], np.float32)
         return action.reshape(*np.shape(observation)[:-1], 2), state
 
@@ -105,10 +104,8 @@ class PlannerDrivers:
                 "many planners drive the vector form of avsec/ClosedLoop-v0: gym.make_vec("
                 '"avsec/ClosedLoop-v0", num_envs=64); one drives a single one, as PlannerDriver'
             )
-        chosen = played.planner if planner is None else planner
-        self.policies = [PlannerPolicy(chosen, replanning) for _ in range(played.num_envs)]
         self._environments = played
-        self._drives: list[Any] = [None] * played.num_envs
+        self.drivers = [PlannerDriver(alone, planner, replanning) for alone in played.alone]
 
     def predict(
         self,
@@ -120,7 +117,7 @@ class PlannerDrivers:
         """The actions at the present instants of the drives; none where a drive is over.
 
         Args:
-            observation: Not used: beliefs are read from the environments.
+            observation: One of each; the beliefs are read from the environments.
             state: Handed through.
             episode_start: Not used: a new drive is recognised by itself.
             deterministic: Planners always are.
@@ -130,17 +127,8 @@ class PlannerDrivers:
         """
         played = self._environments
         actions = np.zeros((played.num_envs, 2), np.float32)
-        for i, (drive, policy) in enumerate(zip(played.drives, self.policies, strict=True)):
-            if drive.outcome is not None:
-                continue
-            if self._drives[i] is not drive:
-                self._drives[i] = drive
-                policy.begin(drive.place.scene, drive.intention)
-            acceleration, steering = policy.drive(drive.state, played.belief(i))
-            actions[i] = (
-                _scaled(acceleration, -ACCELERATION, ACCELERATION),
-                _scaled(-steering, -STEERING, STEERING),
-            )
+        for i in np.flatnonzero(~played.ended).tolist():
+            actions[i], _ = self.drivers[i].predict(observation[i])
         return actions, state
 
 

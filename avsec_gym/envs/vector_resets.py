@@ -27,7 +27,7 @@ def generators_of(
     """
     if seed is None and before:
         return before
-    given = _seeds(seed, count)
+    given = seeds_of(seed, count)
     fresh = [gym.utils.seeding.np_random(each)[0] for each in given]
     return [
         kept if each is None else new
@@ -49,8 +49,16 @@ def mask_of(given: Any, count: int) -> NDArray[np.bool_]:
     return np.array(given)
 
 
-def _seeds(seed: Any, count: int) -> list[int | None]:
-    """One for each environment: those of a list, or consecutive ones."""
+def seeds_of(seed: Any, count: int) -> list[int | None]:
+    """One for each environment: those of a list, or consecutive ones; None where none is given.
+
+    Args:
+        seed: A seed s, of which environment i gets s + i; or one for each; None: none.
+        count: Number of environments.
+
+    Raises:
+        ConfigurationError: A seed is no whole number from 0 on, or there is not one for each.
+    """
     if not isinstance(seed, list | tuple):
         first = None if seed is None else whole_number("seed", seed, 0)
         return [None if first is None else first + i for i in range(count)]

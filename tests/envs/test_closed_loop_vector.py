@@ -192,11 +192,11 @@ def test_it_resets_only_what_a_mask_names() -> None:
     many = ClosedLoopVectorEnv(3, scenarios=SOURCES["layouts"])
     many.reset(seed=0)
     many.step(np.zeros((3, 2)))
-    before = list(many.drives)
+    before = [alone.drive for alone in many.alone]
     mask = np.array([False, True, False])
     _, info = many.reset(seed=[None, 99, None], options={"reset_mask": mask})
-    assert [drive.elapsed for drive in many.drives] == [0.1, 0.0, 0.1]
-    assert many.drives[0] is before[0]
+    assert [alone.elapsed for alone in many.alone] == [0.1, 0.0, 0.1]
+    assert many.alone[0].drive is before[0]
     single = gym.make(ID, scenarios=SOURCES["layouts"]).reset(seed=99)[1]
     assert (info["scenario"][1], info["intention"][1]) == (single["scenario"], single["intention"])
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, radial_reach
@@ -60,7 +60,7 @@ class DrawnErrors:
         latent = self._remembered(actors, passed)
         # Gaussian copulas: each number is normal at every instant, and so is what it decides as
         # likely as the model wants it, however well it is remembered.
-        found = norm.cdf(latent[:, FOUND]) < self.model.probabilities(boxes, views)
+        found = ndtr(latent[:, FOUND]) < self.model.probabilities(boxes, views)
         seen = np.flatnonzero(found & (views.outside < 1))
         boxes, actors, latent = boxes[seen], actors[seen], latent[seen]
         real = self._displaced(boxes, views.distance[seen], views.bearing[seen], latent)
@@ -84,7 +84,7 @@ class DrawnErrors:
     def _displaced(
         self, boxes: Boxes3D, distance: Floats, bearing: Floats, latent: Floats
     ) -> Boxes3D:
-        shares = norm.cdf(latent)
+        shares = ndtr(latent)
         error = {
             name: self.model.spreads[name].quantiles(shares[:, 2 + column], distance)
             for column, name in enumerate(COMPONENTS)

@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import expit
-from scipy.stats import t as student
+from scipy.special import expit, stdtr, stdtrit
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.error_model.object_views import ObjectViews
@@ -65,11 +64,11 @@ class Spread:
 
     def quantiles(self, shares: Floats, distance: Floats) -> Floats:
         """The errors below which such shares of all lie, shape (N,)."""
-        return np.asarray(self.bias + self.scales(distance) * student.ppf(shares, self.freedom))
+        return np.asarray(self.bias + self.scales(distance) * stdtrit(self.freedom, shares))
 
     def shares(self, errors: Floats, distance: Floats) -> Floats:
         """The inverse of `quantiles`."""
-        return np.asarray(student.cdf((errors - self.bias) / self.scales(distance), self.freedom))
+        return np.asarray(stdtr(self.freedom, (errors - self.bias) / self.scales(distance)))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The car's motion and touch as kernels: `Car` of highway-env's plane, mirrored."""
+"""The car's motion and touch as kernels: `Car` of highway-env's plane, mirrored, bit for bit."""
 
 from __future__ import annotations
 
@@ -55,9 +55,15 @@ def drive_on(
     turn_4 = end * np.tan(steering + turn * h) / _BASE
     heading_2, heading_3 = heading + h / 2 * turn_1, heading + h / 2 * turn_2
     heading_4 = heading + h * turn_2
-    x += h / 6 * v * np.cos(heading) + h / 3 * middle * (np.cos(heading_2) + np.cos(heading_3))
-    y += h / 6 * v * np.sin(heading) + h / 3 * middle * (np.sin(heading_2) + np.sin(heading_3))
-    x, y = x + h / 6 * end * np.cos(heading_4), y + h / 6 * end * np.sin(heading_4)
+    # One after the other, as `Car` adds them: sums in another order would be rounded otherwise.
+    for part, weight, angle in (
+        (v, 1 / 6, heading),
+        (middle, 1 / 3, heading_2),
+        (middle, 1 / 3, heading_3),
+        (end, 1 / 6, heading_4),
+    ):
+        x += h * weight * part * np.cos(angle)
+        y += h * weight * part * np.sin(angle)
     heading += h / 6 * (turn_1 + 4 * turn_2 + turn_4)
     after[X], after[Y] = x + _OFFSET * np.cos(heading), y + _OFFSET * np.sin(heading)
     after[HEADING] = heading

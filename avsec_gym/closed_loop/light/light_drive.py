@@ -17,13 +17,16 @@ from avsec_gym.closed_loop.drive_record import (
 from avsec_gym.closed_loop.light.advance import COLLISION, GOAL, OFF_ROAD, Aim, Reached, advance
 from avsec_gym.closed_loop.light.road_table import RoadTable, road_table
 from avsec_gym.closed_loop.light.traffic_table import TrafficTable, traffic_table
+from avsec_gym.closed_loop.surroundings import Actors, Surroundings
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
 
-DT = 0.05
-"""Seconds between two instants: highway-env's 20 Hz."""
+FREQUENCY = 20
+"""Instants a second, as in highway-env."""
+DT = 1.0 / FREQUENCY
+"""Seconds between two instants."""
 HELD = 2
 """Instants that an action is held for: 10 Hz."""
 _OUTCOMES = {COLLISION: Outcome.COLLISION, OFF_ROAD: Outcome.OFF_ROAD, GOAL: Outcome.GOAL}
@@ -55,11 +58,12 @@ class Place:
             scene: The scene.
             duration: Seconds that a drive may take.
         """
-        traffic = traffic_table(scene, DT, HELD * (int(duration / (HELD * DT)) + 2))
+        frames = HELD * (int(duration / (HELD * DT)) + 2)
+        traffic = traffic_table(scene, FREQUENCY, frames)
         sizes, start = traffic.sizes, _row(scene.start)
         touch = touched(start, sizes, traffic.poses[0], traffic.present[0]) if len(sizes) else None
         begun = -1 if touch is None else touch
-        return cls(scene, duration, road_table(scene), traffic, begun)
+        return cls(scene, duration, road_table(scene.lanes), traffic, begun)
 
     def row(self, lane: int) -> int:
         """The row of a lanelet in the table."""
@@ -107,7 +111,7 @@ class LightDrive:
     @property
     def elapsed(self) -> float:
         """Seconds since the start."""
-        return self.reached.frame * DT
+        return self.reached.frame / FREQUENCY
 
     @property
     def car(self) -> Floats:
@@ -155,6 +159,12 @@ class LightDrive:
             self.outcome = outcome_of_time(self.log())
         if self.outcome is not None:
             self.record = record_of(self.log(), place.scene, self.intention, self.outcome)
+
+    def surroundings(self) -> Surroundings:
+        """The truth at the present instant."""
+        traffic, frame = self.place.traffic, self.reached.frame
+        actors = Actors(traffic.poses[frame], traffic.speeds[frame], traffic.present[frame])
+        return actors.around(self.place.scene, self.state, self.elapsed, self.intention)
 
     def log(self) -> DriveLog:
         """What happened so far."""

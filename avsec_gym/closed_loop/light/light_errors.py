@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
 from avsec_gym.box_overlap import overlap_area
+from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.error_model.drawn_errors import FOUND, LATENT, TURNED
 from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, radial_reach
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, FARTHEST, UNIT, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, RAYS
-from avsec_gym.closed_loop.light.beliefs import Believed
 from avsec_gym.closed_loop.light.light_drive import LightDrive
 from avsec_gym.closed_loop.light.road_table import wrapped
 from avsec_gym.closed_loop.relative_poses import in_world
@@ -50,7 +50,7 @@ class LightErrors:
         """World x, y and heading, height, width, length; shape (G, 6)."""
         self._time = 0.0
 
-    def perceive(self, drive: LightDrive) -> Believed:
+    def perceive(self, drive: LightDrive) -> Belief:
         """What is found at the present instant; called in the order of time."""
         traffic, frame, car = drive.place.traffic, drive.reached.frame, drive.car
         passed, self._time = drive.elapsed - self._time, drive.elapsed
@@ -83,7 +83,14 @@ class LightErrors:
             speeds[: len(seen)] = _speeds_of(found, extent, true[seen], poses, sizes, true)
         extent = np.concatenate([extent, ghosts[:, [5, 4]]])
         kept = (extent > 0).all(axis=1)
-        return Believed(believed[kept], extent[kept, 0], extent[kept, 1], speeds[kept])
+        return Belief(
+            drive.elapsed,
+            believed[kept],
+            extent[kept, 0],
+            extent[kept, 1],
+            speeds[kept],
+            drive.place.scene.road_type,
+        )
 
     def _remembered(self, there: NDArray[np.int64], count: int, passed: float) -> Floats:
         """The normal numbers of those who are there, shape (N, `LATENT`)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.centre_line import CentreLine
-from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.closed_loop.lanes import Lanes
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 
@@ -35,9 +36,9 @@ class RoadTable(NamedTuple):
     """Edges of the drivable area, from x, y to x, y, shape (E, 4)."""
 
 
-def road_table(scene: TrafficScene) -> RoadTable:
-    """The road of a scene, laid out."""
-    lanes = scene.lanes
+@lru_cache(maxsize=16)
+def road_table(lanes: Lanes) -> RoadTable:
+    """The lanes of a road, laid out once for all scenes on it."""
     ids = [lanelet.id for lanelet in lanes.road.lanelets]
     rows: list[Floats] = []
     spans: list[tuple[int, int]] = []
@@ -51,7 +52,7 @@ def road_table(scene: TrafficScene) -> RoadTable:
         lines=np.array(spans[: len(ids)], np.int64),
         own=np.array(spans[len(ids) :], np.int64),
         widths=np.array([lanes.width(id) for id in ids]),
-        edges=_edges(scene.drivable),
+        edges=_edges(lanes.drivable),
     )
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.closed_loop.tracks import STEP
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.geometry import Floats
 
@@ -26,24 +27,21 @@ class TrafficTable(NamedTuple):
     """Whether each is a car, shape (N,)."""
 
 
-def traffic_table(scene: TrafficScene, dt: float, frames: int) -> TrafficTable:
+def traffic_table(scene: TrafficScene, frequency: int, frames: int) -> TrafficTable:
     """Play the tracks of a scene once, for all drives in it.
 
     Args:
         scene: The scene.
-        dt: Seconds between two instants.
+        frequency: Instants a second.
         frames: Number of instants, the start among them.
     """
-    tracks = scene.tracks
-    count = len(tracks)
-    times = scene.sets_off + dt * np.arange(frames)
-    states = np.array([[tracks.state(i, time) for i in range(count)] for time in times.tolist()])
-    states = states.reshape(frames, count, 4)
-    # As `Traffic.show` has it.
-    steps = (times / 0.1)[:, None]
+    tracks, since = scene.tracks, np.arange(frames)
+    poses, speeds = tracks.states(scene.sets_off + since * (1.0 / frequency))
+    # As `RoadTraffic.show` has it.
+    steps = ((scene.sets_off + since / frequency) / STEP)[:, None]
     return TrafficTable(
-        poses=np.ascontiguousarray(states[..., :3]),
-        speeds=np.ascontiguousarray(states[..., 3]),
+        poses=poses,
+        speeds=speeds,
         present=(tracks.first - 1e-6 <= steps) & (steps <= tracks.last + 1e-6),
         sizes=np.ascontiguousarray(tracks.dimensions[:, [2, 1]]),
         cars=tracks.categories == "Car",
