@@ -1,6 +1,10 @@
-"""Steps a second of `avsec/ClosedLoop-v0`, single and batched, beside highway-env; prints JSON.
+"""Steps a second of the closed loop, single and batched, beside highway-env; prints JSON.
 
     python benchmarks/closed_loop.py
+
+Of `avsec/ClosedLoop-v0`, by random drivers and by the planner; of `avsec/ClosedLoopAttack-v0`, by
+random attackers while the planner drives; and of whole drives as `avsec drive` makes them, films
+and metrics included, with highway-env and without.
 
 On one core, by CPU time, resets included; steps that only reset are not counted.  Random drivers
 keep a random habit; planners replan every 0.5 s.  All turns are taken in rounds, one after the
@@ -23,9 +27,11 @@ import numpy as np
 
 import avsec_gym
 from avsec_gym.closed_loop.error_model.model import ErrorModel, Ghosts, Spread
+from avsec_gym.drives.one_drive import DriveTask, drive
+from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.envs.planner_driver import PlannerDriver, PlannerDrivers
 
-ID = "avsec/ClosedLoop-v0"
+ID, ATTACK = "avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"
 ROUNDS, SECONDS = 5, 1.0
 """Rounds after the first one, and CPU time of each turn in a round."""
 COUNT = 64
@@ -88,6 +94,19 @@ def habits(size: tuple[int, ...]) -> Callable[[Any], Any]:
     return action
 
 
+def whole_drives(made: Any) -> Turn:
+    """Steps of whole drives, one after the other."""
+    ids, number = made.unwrapped.scenes.ids, 0
+
+    def turn() -> int:
+        nonlocal number
+        task = DriveTask("car", ids[number % len(ids)], "straight", number)
+        number += 1
+        return int(drive(made, task).row["steps"])
+
+    return turn
+
+
 def turns() -> dict[str, tuple[Turn, int]]:
     """What is measured: turns, and the steps of the simulation that each action takes."""
     found: dict[str, tuple[Turn, int]] = {}
@@ -118,6 +137,22 @@ def turns() -> dict[str, tuple[Turn, int]]:
                 batched(many, lambda o, d=drivers: d.predict(o)[0]),
                 2,
             )
+            env = gym.make(ATTACK, disable_env_checker=True, **given)
+            found[f"{name}, single, attack"] = (
+                single(env, lambda _, e=env: e.action_space.sample()),
+                2,
+            )
+            many = gym.make_vec(ATTACK, num_envs=COUNT, **given)
+            found[f"{name}, batched, attack"] = (
+                batched(many, lambda _, m=many: m.action_space.sample()),
+                2,
+            )
+            on_highway_env = gym.make(ID, disable_env_checker=True, **given)
+            found[f"{name}, whole drives, on highway-env"] = whole_drives(on_highway_env), 2
+            light: Any = DriveSetting("car", {"perception": perception}).environment(
+                given["scenarios"]
+            )
+            found[f"{name}, whole drives, without it"] = whole_drives(light), 2
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import gymnasium as gym
@@ -68,6 +69,10 @@ class Arena:
             self._single = single(self.env, self.arguments)
         return self._single
 
+    @cached_property
+    def _has_batches(self) -> bool:
+        return has_batches(self.env, self.arguments)
+
     def play(
         self,
         act: Act,
@@ -83,7 +88,7 @@ class Arena:
             on_episodes: Called with the number of episodes that have ended since the last call.
             most_steps: Steps after which an episode is left; None: it is played to its end.
         """
-        size, play = (_MOST_AT_ONCE, self._batch) if has_batches(self.env) else (1, self._one)
+        size, play = (_MOST_AT_ONCE, self._batch) if self._has_batches else (1, self._one)
         parts = []
         for first in range(0, len(seeds), size):
             own = list(seeds[first : first + size])

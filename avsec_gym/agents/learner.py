@@ -51,7 +51,7 @@ def training_environments(configuration: AgentConfiguration) -> Any:
     from avsec_gym.envs.sb3 import StableBaselinesVecEnv
 
     count, arguments = configuration.n_envs, configuration.env_kwargs
-    if has_batches(configuration.env):
+    if has_batches(configuration.env, arguments):
         return VecMonitor(StableBaselinesVecEnv(batch_of(configuration.env, count, arguments)))
     return VecMonitor(DummyVecEnv([lambda: single(configuration.env, arguments)] * count))
 
@@ -84,10 +84,19 @@ def make_policy(configuration: AgentConfiguration, environment: gym.Env[Any, Any
     return policy
 
 
-def has_batches(env: str) -> bool:
-    """Whether an environment has a vectorised entry point."""
+def has_batches(env: str, arguments: Mapping[str, Any]) -> bool:
+    """Whether an environment has a vectorised entry point that takes these arguments.
+
+    Those of the closed loop refuse some that a single environment takes, such as sensors.
+    """
     gym.register_envs(avsec_gym)
-    return gym.spec(env).vector_entry_point is not None
+    if gym.spec(env).vector_entry_point is None:
+        return False
+    try:
+        batch_of(env, 1, arguments).close()
+    except ConfigurationError:
+        return False
+    return True
 
 
 def single(env: str, arguments: Mapping[str, Any]) -> gym.Env[Any, Any]:

@@ -1,4 +1,4 @@
-"""`avsec/ClosedLoop-v0` without highway-env: the same drives, bit for bit, in a third of the time.
+"""`avsec/ClosedLoop-v0` without highway-env: the same drives, bit for bit, in half the time.
 
 Recorded traffic and continuous actions are all that it has.  The vector forms have many of these,
 and `avsec drive` drives in one where a setting allows it.
@@ -210,10 +210,11 @@ def light_form(environment: ClosedLoopEnv) -> LightClosedLoopEnv | None:
     """The same drives without highway-env; None where only highway-env has what is asked for.
 
     Args:
-        environment: An environment without render mode; its perception is the light one's now.
+        environment: The environment; its perception is the light one's now.
     """
     recorded = environment.traffic_behaviour == RECORDED
-    if environment.has_sensors or not (recorded and environment.has_usual_config):
+    is_drawn = environment.render_mode is not None
+    if environment.has_sensors or is_drawn or not (recorded and environment.has_usual_config):
         return None
     stage = Stage(environment.scenes, environment.duration, _FEW)
     perception = light_perception(environment.perception, environment.motion)

@@ -8,9 +8,9 @@ import pytest
 from avsec_gym.agents.agent_folder import load_agent, shipped_agents
 from avsec_gym.agents.arena import Arena, Played
 from avsec_gym.agents.comparison import AgentComparison, ComparedAgent, compare, held_out_result
-from avsec_gym.agents.learner import single
+from avsec_gym.agents.learner import has_batches, single
 from avsec_gym.agents.search import SearchBudget, best_constant, evolved, random_actions
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.metrics.interquartile_mean import interquartile_mean
 
 SCENES = {"scenarios": {"name": "layouts", "seed": 0, "count": 8}}
@@ -115,3 +115,18 @@ def test_a_comparison_can_be_made_again() -> None:
 def test_names_of_agents_are_suggested() -> None:
     with pytest.raises(DataError, match='Did you mean "ghost_place"'):
         load_agent("ghost_places")
+
+
+@pytest.mark.parametrize("id", ["avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"])
+def test_what_a_batch_refuses_is_played_alone(id: str) -> None:
+    """Traffic that reacts is highway-env's; what cannot be made at all is refused by its name."""
+    drives = {"scenarios": {"source": "layouts", "count": 3}, "duration": 1.0}
+    assert has_batches(id, drives)
+    reacting = drives | {"traffic": "reacting"}
+    assert not has_batches(id, reacting)
+    size = single(id, reacting).action_space.shape or ()
+    played = Arena(id, reacting).play(lambda seen, ways: np.zeros((len(ways), *size)), range(2))
+    assert len(played.steps) == 2
+    assert played.steps.max() <= 10
+    with pytest.raises(ConfigurationError, match="traffic"):
+        Arena(id, drives | {"traffic": "raecting"}).play(lambda seen, ways: None, range(2))

@@ -48,7 +48,7 @@ def test_the_first_plan_of_a_blind_car_has_the_single_querys_outcome() -> None:
 
 
 class Mine(TruthPerception):
-    """A perception of somebody else's."""
+    """A perception of another package."""
 
 
 @pytest.mark.parametrize(

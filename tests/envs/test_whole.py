@@ -435,3 +435,30 @@ def test_the_game_without_images_plays_in_the_labelled_scenarios(
         env.reset(seed=seed)
         *_, info = env.step(env.action_space.sample())
         assert info["success"] == np.isfinite(info["path_length"])
+
+
+@pytest.mark.parametrize("id", ["ClosedLoop", "ClosedLoopAttack"])
+@pytest.mark.parametrize(
+    ("folder", "given"), [("kitti/object", {}), ("safety_scenarios", {"count": 2})]
+)
+def test_a_car_drives_on_in_real_scenes(
+    folder: str, given: dict[str, Any], id: str, shared: Path
+) -> None:
+    """In a KITTI folder with images, and in the thesis' labelled scenarios; a planner drives."""
+    real = {"source": str(shared / folder), **given}
+    env = gym.make(f"avsec/{id}-v0", scenarios=real)
+    env.action_space.seed(0)
+    driver = PlannerDriver(env) if id == "ClosedLoop" else None
+    known = (env.unwrapped if driver else env.unwrapped.drive).scenes.ids  # type: ignore[attr-defined]
+    for scene in known:
+        seen, info = env.reset(seed=0, options={"scenario": scene})
+        ended = False
+        while not ended:
+            assert env.observation_space.contains(seen)
+            action = driver.predict(seen)[0] if driver else env.action_space.sample()
+            seen, _, terminated, truncated, info = env.step(action)
+            ended = terminated or truncated
+        assert info["scenario"] == scene
+        assert info["success"] == (info["outcome"] in ("goal", "collision"))
+        assert info["collision"] == (info["outcome"] == "collision")
+        assert info["safe"] == (info["outcome"] == "goal")

@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats, rectangle_corners, wrap_angle
+from avsec_gym.kernels import kernel
 
 HALF_VIEW = 0.711
 """Half the horizontal angle of KITTI's colour cameras, radians: 621 pixels of 721.5 to one."""
@@ -55,11 +56,27 @@ def object_views(boxes: Boxes3D, half_view: float = HALF_VIEW) -> ObjectViews:
     rays = wrap_angle(bearing[:, None] + rays)
     # An object hides another one where a ray to the farther one meets the nearer one's width.
     distance = np.hypot(poses[:, 0], poses[:, 1])
-    turned = wrap_angle(rays[:, :, None] - bearing)
-    meets = (turned >= right) & (turned <= left) & (distance < distance[:, None])[:, None, :]
     return ObjectViews(
         distance,
         bearing,
-        meets.any(axis=2).mean(axis=1) if len(boxes) else np.zeros(0),
+        _hidden(rays, distance, bearing, right, left),
         (np.abs(rays) > half_view).mean(axis=1) if len(boxes) else np.zeros(0),
     )
+
+
+@kernel(nogil=True)
+def _hidden(rays: Floats, distance: Floats, bearing: Floats, right: Floats, left: Floats) -> Floats:
+    """The share of each object's rays, shape (N, RAYS), that meet a nearer one's width, (N,)."""
+    count = len(rays)
+    shares = np.zeros(count)
+    for i in range(count):
+        met = 0
+        for k in range(RAYS):
+            for j in range(count):
+                if distance[j] < distance[i]:
+                    turned = (rays[i, k] - bearing[j] + np.pi) % (2.0 * np.pi) - np.pi
+                    if right[j] <= turned <= left[j]:
+                        met += 1
+                        break
+        shares[i] = met / RAYS
+    return shares
