@@ -150,7 +150,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
         self._scenes: LoopScenes | None = None
-        self.has_usual_config = not config
+        self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""
         self._ready = False
         self.intention = Intention.STRAIGHT
