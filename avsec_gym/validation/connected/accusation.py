@@ -12,6 +12,10 @@ and above which those of the next pass: few cells, in one layer or two. Hence ra
 more, as most of what stands on the ground is. An optimiser found this (`LyingVehicle`). What is
 left are the contradictions of honest vehicles in honest regions: the rate of false alarms, which a
 liar can use.
+
+Two that lie alike are two accusers. Hence those that side with the accused outweigh as many
+accusers: the vehicles whose rays confirm what it claims or, if it seems to lack something, pass
+through that, too. So two liars convict an honest vehicle only where no honest one looks, too.
 """
 
 from __future__ import annotations
@@ -29,7 +33,7 @@ from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_l
 from avsec_gym.validation.connected.regions import Regions
 
 ACCUSERS = 2
-"""Vehicles that accuse a third; one of them may lie."""
+"""Vehicles that accuse a third, more than side with it; one of them may lie."""
 RAYS = 8
 """Rays that pass through what a vehicle claims, at least, where another accuses."""
 LAYERS = 3
@@ -69,7 +73,7 @@ def upheld_by_rays(
     rates: RayRates,
     rule: DecisionRule,
 ) -> NDArray[np.int64]:
-    """The victims that two independent vehicles accuse by their rays.
+    """The victims that two independent vehicles more accuse by their rays than side with them.
 
     Args:
         decision: What was decided of R regions.
@@ -83,7 +87,9 @@ def upheld_by_rays(
         The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
     """
     named = decision.named.copy()
-    contradicts = decidable(counts, rates) & (log_likelihood_ratio(counts, rates) >= rule.accuser)
+    decided, ratio = decidable(counts, rates), log_likelihood_ratio(counts, rates)
+    denies, confirms = decided & (ratio >= rule.accuser), decided & (ratio <= -rule.accuser)
+    contradicts = denies.copy()
     through = counts[..., 1]
     contradicts &= (through > counts[..., 0]) & (through >= RAYS)
     contradicts &= (layers >= LAYERS)[:, :, None]
@@ -92,7 +98,10 @@ def upheld_by_rays(
         of_ghost = decision.ghost[index, victim] >= decision.removal[index, victim]
         # Witnesses of what it claims, or those whose claims its own rays deny.
         accuses = contradicts[index, victim] if of_ghost else contradicts[index, :, victim]
-        if _independent(accuses, int(victim), int(authors[index])) < ACCUSERS:
+        # Witnesses that agree with it, or that deny as it does what its accusers claim.
+        sides = confirms[index, victim] if of_ghost else denies[index, accuses].any(axis=0)
+        accusers = _independent(accuses, int(victim), int(authors[index]))
+        if accusers - int(np.delete(sides, victim).sum()) < ACCUSERS:
             named[index] = CANNOT_TELL
     return named
 

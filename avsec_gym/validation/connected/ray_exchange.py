@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,10 +43,12 @@ class Testimonies:
             (R, V, V, 3).
         layers: The number of layers of voxels in which each vehicle's claim lies, 0 without one,
             shape (R, V).
+        claims: The vehicles' claims, by number, of those whose claims were taken.
     """
 
     counts: NDArray[np.int64]
     layers: NDArray[np.int64]
+    claims: Mapping[int, Claims]
 
 
 def exchange_rays(
@@ -100,7 +102,7 @@ def exchange_rays(
                 kept = admitted_counts(read_counts[0], claims)
                 counts[kept.region, about, witness] = kept.counts
         counts[blind, :, witness] = 0
-    return Testimonies(counts, layers)
+    return Testimonies(counts, layers, claimed)
 
 
 def decide_by_rays(

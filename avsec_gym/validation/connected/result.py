@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.rays.claims import Claims
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.traffic import SentMessages
@@ -58,6 +60,7 @@ class ConnectedResult:
             rays.
         distances: Distances of the surfaces of all pairs, metres, shape (R, V, V); None without
             surfaces.
+        claims: The vehicles' claims in the regions, by number; None without rays.
     """
 
     id: str
@@ -72,6 +75,7 @@ class ConnectedResult:
     traffic: SentMessages
     counts: NDArray[np.int64] | None = None
     distances: Floats | None = None
+    claims: Mapping[int, Claims] | None = None
 
     @property
     def alarm(self) -> bool:

@@ -112,6 +112,7 @@ class ConnectedValidator:
             decision.named,
             traffic,
             counts=heard.counts,
+            claims=heard.claims,
         )
 
     def _by_surfaces(self, scans: Sequence[VehicleScan], id: str, wire: Wire) -> ConnectedResult:

@@ -2,17 +2,20 @@
 
 It is the rushing adversary of the literature on agreement: it hears everything that is sent, knows
 the method, and speaks last. What is left to be searched is what it proposes and claims; whose
-claims it denies follows from what the honest vehicles state of each other.
+claims it denies follows from what the honest vehicles state of each other. `Colluders` are several
+of them with one lie.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.validation.connected.accusation import lone_authors
 from avsec_gym.validation.connected.admission import admitted_proposals
@@ -53,6 +56,8 @@ class Lie:
         denies: Whether it denies, too, what one honest vehicle's rays pass through of what another
             one claims, as if that were a ghost. Else it supports that, and what it claims itself
             lets the vehicle whose rays pass through seem to lack something.
+        victim: The vehicle whose claims it denies whatever the others state; None: that of the
+            honest ones which another one contradicts most.
     """
 
     region: Regions
@@ -60,6 +65,7 @@ class Lie:
     velocity: tuple[float, float]
     shift: tuple[float, float]
     denies: bool = True
+    victim: int | None = None
 
 
 def lie_about(target: Regions, numbers: Floats) -> Lie:
@@ -182,12 +188,44 @@ class LyingVehicle:
         about, honest = self._asked_about(self.number), self._honest()
         through = {pair: _of_region(seen, self.index)[1] for pair, seen in honest.items()}
         victim = max(through, key=lambda pair: through[pair])[0] if through else about
+        victim = victim if self.lie.victim is None else self.lie.victim
         claims = self._claims[about]
         counts = np.zeros((len(claims), 3), np.int64)
         counts[:, 1 if about == victim and self.lie.denies else 0] = claims.count
         # Of all regions there is no room; the one that matters comes first.
         kept = np.sort(np.argsort(claims.region != self.index, kind="stable")[:_ANSWERS])
         return encode_counts(WitnessCounts(claims.region[kept], counts[kept]))
+
+
+class Colluders:
+    """A `Wire` on which several vehicles tell one lie: they propose, claim, support and deny alike.
+
+    Args:
+        numbers: Numbers of the vehicles; those that speak last hear all others.
+        lie: What they make up.
+
+    Raises:
+        ConfigurationError: No vehicle, or one of them is their victim.
+    """
+
+    def __init__(self, numbers: Sequence[int], lie: Lie) -> None:
+        if not numbers or lie.victim in numbers:
+            raise ConfigurationError(
+                f"colluders are vehicles other than their victim {lie.victim}, got {numbers}"
+            )
+        self.liars = tuple(LyingVehicle(number, lie) for number in sorted(set(numbers)))
+
+    def __call__(self, kind: MessageKind, sender: int, content: bytes) -> list[bytes]:
+        """What arrives of a message."""
+        # The sender's own lie first, which its accomplices then hear.
+        for liar in sorted(self.liars, key=lambda each: each.number != sender):
+            [content] = liar(kind, sender, content)
+        return [content]
+
+    @property
+    def index(self) -> int:
+        """The region of the complete set that is lied about."""
+        return self.liars[0].index
 
 
 _SENSOR_HEIGHT = 1.7

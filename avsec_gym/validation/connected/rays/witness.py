@@ -96,7 +96,7 @@ def outcomes(
     claims: Claims,
     regions: Regions,
     margins: WitnessMargins,
-    speed: Floats | None = None,
+    velocity: Floats | None = None,
 ) -> NDArray[np.int8]:
     """What each claimed voxel meets in a witness' range image.
 
@@ -105,8 +105,8 @@ def outcomes(
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
-        speed: How fast what is claimed moves along its region's heading, since the time of the
-            claim, m/s, shape (C,); None: as the claims have it, since the instant.
+        velocity: How fast what is claimed moves along the world's x and y, since the time of the
+            claim, m/s, shape (C, 2); None: as the claims have it, since the instant.
 
     Returns:
         `SUPPORT`, `THROUGH`, ... for each voxel, shape (V,).
@@ -116,11 +116,9 @@ def outcomes(
     away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
     apart = np.sqrt(2.0) * margins.apart(away)
     around = margins.around + margins.around_sigmas * apart
-    if speed is None:
+    since = claims.time
+    if velocity is None:
         velocity, since = claims.velocity, np.zeros(len(claims))
-    else:
-        ahead = np.stack([np.cos(chosen.heading), np.sin(chosen.heading)], axis=1)
-        velocity, since = speed[:, None] * ahead, claims.time
     _outcomes(
         witness.image,
         witness.pose,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +56,9 @@ def count_rays(
 
     Vehicles look at different times, and what neither tracks may have moved meanwhile.  Where a
     witness' rays contradict a claim without a velocity, it asks whether they would support it, had
-    the thing moved along its region's heading at some speed up to `WitnessMargins.fastest`, and
-    reports the counts that support it most.
+    the thing moved along one of the two axes of its region at some speed up to
+    `WitnessMargins.fastest`, and reports the counts that support it most.  Along both, since of a
+    vehicle of which one face was seen nothing shows which of its sides is the longer one.
 
     Args:
         witness: The vehicle that looks.
@@ -71,9 +73,11 @@ def count_rays(
         some = claims[doubted]
         between = _time_between(witness, some, regions)
         steps = int(np.ceil(margins.fastest * np.abs(between).max() / _SHIFT))
-        for share in np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps):
-            speed = np.full(len(some), share * margins.fastest)
-            moved = _three_counts(some, outcomes(witness, some, regions, margins, speed))
+        speeds = margins.fastest * np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps)
+        axes = regions.heading[some.region] + np.array([[0.0], [np.pi / 2]])
+        for speed, axis in product(speeds, axes):
+            velocity = speed * np.stack([np.cos(axis), np.sin(axis)], axis=1)
+            moved = _three_counts(some, outcomes(witness, some, regions, margins, velocity))
             better = moved[:, 0] - moved[:, 1] > counts[doubted, 0] - counts[doubted, 1]
             # Fewer rays are no excuse: the claim must be supported.
             better &= moved[:, 0] > moved[:, 1]

@@ -17,6 +17,10 @@ from avsec_gym.validation.connected.attacks.attacked_instant import (
 from avsec_gym.validation.connected.attacks.pasted_object import PastedObject
 from avsec_gym.validation.connected.attacks.removed_object import RemovedObject
 from avsec_gym.validation.connected.attacks.seen_objects import seen_objects
+from avsec_gym.validation.connected.attacks.several_victims import (
+    attack_several,
+    with_the_same_ghost,
+)
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -92,6 +96,27 @@ def test_a_ghost_in_a_rolling_scan_stands_still(instant: RecordedInstant) -> Non
 def test_without_labels_what_looks_like_objects_is_seen(instant: RecordedInstant) -> None:
     [seen] = seen_objects(instant, 0, fewest=50)
     assert np.hypot(*(seen.pose[:2, 3] - _CAR[:2])) < 0.5
+
+
+def test_several_victims_are_attacked_one_after_the_other(instant: RecordedInstant) -> None:
+    done = attack_several(instant, [PastedObject(vehicle=0), RemovedObject(vehicle=2)], 4)
+    assert [(each.victim, each.kind) for each in done] == [(0, "ghost"), (2, "removal")]
+    scans = done[-1].instant.scans
+    assert scans[0] is done[0].instant.scans[0]
+    assert scans[1] is instant.scans[1]
+    assert len(scans[2].points) != len(instant.scans[2].points)
+
+
+def test_one_ghost_stands_at_one_place_in_two_scans(instant: RecordedInstant) -> None:
+    first = _done(PastedObject(vehicle=0).attack(instant, 4))
+    both = with_the_same_ghost(first, 1)
+    assert (both.victim, both.box) == (1, first.box)
+    for vehicle in (0, 1):
+        ghost = both.instant.scans[vehicle].in_world()[-first.points :]
+        assert first.box.grown(0.3, 0.3).contains(0, ghost).all()
+    for vehicle in (0, 3):
+        with pytest.raises(ConfigurationError, match="goes to another vehicle"):
+            with_the_same_ghost(first, vehicle)
 
 
 def test_nothing_to_attack_is_none_and_bad_numbers_are_named() -> None:

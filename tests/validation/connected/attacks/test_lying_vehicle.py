@@ -1,13 +1,16 @@
-"""One vehicle that makes up all of its messages: searched by CMA-ES, through the whole exchange."""
+"""Vehicles that make up all of their messages: searched by CMA-ES, through the whole exchange."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected import accusation, ray_exchange
 from avsec_gym.validation.connected.attacks.lying_vehicle import (
     NUMBERS,
+    Colluders,
+    Lie,
     LyingVehicle,
     lie_about,
     nearest_to_conviction,
@@ -15,13 +18,14 @@ from avsec_gym.validation.connected.attacks.lying_vehicle import (
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
 from avsec_gym.validation.connected.merging import regions_in_world
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.rays.decision import CANNOT_TELL
 from avsec_gym.validation.connected.rays.observer import Observer, observe
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.traffic import MessageKind
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from tests.validation.connected.conftest import CARS, POSES, scan_of
+from tests.validation.connected.conftest import CARS, POSES, car_regions, scan_of
 
 _LIAR = 3
 _FOUND = np.concatenate(
@@ -99,7 +103,10 @@ def test_the_lie_that_was_found_convicts_none_any_more(
     assert not liar.is_lone_author
     assert result.accused == ()
     assert nearest_to_conviction(result, liar) < 0
-    # As it was: a ring on a roof, and seven rays above it, were an accuser.
+    # As it was: a ring on a roof, and seven rays above it, were an accuser, and the vehicle that
+    # sides with the accused did not count.
+    monkeypatch.setattr(accusation, "ACCUSERS", 1)
+    assert _lied(street, _roof(street), _FOUND)[0].accused == ()
     monkeypatch.setattr(accusation, "RAYS", 0)
     monkeypatch.setattr(accusation, "LAYERS", 0)
     result, liar = _lied(street, _roof(street), _FOUND)
@@ -153,3 +160,35 @@ def test_cma_es_over_all_messages_of_a_liar_convicts_no_honest_vehicle(
         search.tell(drawn, [-each for each in nearest[-1]])
     # Over the roof it has found where honest vehicles contradict each other: -0.5 is no ray.
     assert (np.max(nearest) > -0.5) == contradict
+
+
+def _convicted(scans: list[VehicleScan], region: Regions, victim: int) -> tuple[int, set[int]]:
+    """Who is named where two more vehicles deny what an honest one claims, and anywhere."""
+    nothing = VehicleScan(np.zeros((0, 4), np.float32), np.eye(4))
+    whole = np.array([[0.05] * 3, [0.95] * 3])
+    lie = Lie(region, whole, (0.0, 0.0), (20.0, 20.0), victim=victim)
+    liars = Colluders((len(scans), len(scans) + 1), lie)
+    result = ConnectedValidator().validate([*scans, nothing, nothing], wire=liars)
+    assert not result.traffic.refused
+    assert not liars.liars[0].is_lone_author
+    return int(result.named[liars.index]), set(result.accused)
+
+
+def test_two_colluders_convict_no_honest_vehicle_that_an_honest_one_confirms() -> None:
+    scans = [scan_of(pose, CARS[0]) for pose in POSES]
+    for victim in range(3):
+        named, _ = _convicted(scans, car_regions(CARS[0]), victim)
+        assert named == CANNOT_TELL
+
+
+def test_two_colluders_convict_a_vehicle_that_is_alone_with_them() -> None:
+    """What no rule can hold off: of what one honest vehicle sees, two liars are the majority."""
+    scans = [scan_of(POSES[0], CARS[0])]
+    assert _convicted(scans, car_regions(CARS[0]), 0) == (0, {0})
+
+
+def test_colluders_are_others_than_their_victim(street: Search) -> None:
+    lie = Lie(street[1][1][np.array([2])], np.zeros((2, 3)), (0.0, 0.0), (0.0, 0.0), victim=1)
+    for numbers in ((), (1, 3)):
+        with pytest.raises(ConfigurationError, match="other than their victim 1"):
+            Colluders(numbers, lie)
