@@ -23,7 +23,7 @@ from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.scan_pattern import ScanPattern, scan_pattern
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
-FORMAT = 1
+FORMAT = 2
 """Raised when what is measured changes, or how it is weighed: fits of before hold no more."""
 KIND = "connected_vehicles"
 SHIPPED_FIT = Path(__file__).parent / "fits" / "kitti_64_beams.json"

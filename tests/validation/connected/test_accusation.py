@@ -303,3 +303,21 @@ def test_a_victim_with_two_witnesses_stays_named() -> None:
         layers = np.full((1, 3), LAYERS)
         named = upheld_by_rays(decision, counts, layers, np.array([author]), _RATES, _RULE)
         assert named.tolist() == [expected]
+
+
+def test_who_passes_through_what_the_accusers_claim_sides_with_the_accused() -> None:
+    counts = np.zeros((1, 4, 4, 3), np.int64)
+    # Vehicles 2 and 3 claim, and confirm each other, what rays of vehicle 0 pass through.
+    counts[0, [2, 3], 0] = 0, 40, 0
+    counts[0, [2, 3], [3, 2]] = 40, 0, 0
+    layers, authors = np.full((1, 4), LAYERS), np.array([NO_LONE_AUTHOR])
+
+    def named() -> int:
+        decision = decide(counts, _RATES, _RULE)
+        assert decision.named[0] == 0
+        return int(upheld_by_rays(decision, counts, layers, authors, _RATES, _RULE)[0])
+
+    assert named() == 0
+    # Those of vehicle 1 pass through it, too.
+    counts[0, 2, 1] = 0, 40, 0
+    assert named() == CANNOT_TELL

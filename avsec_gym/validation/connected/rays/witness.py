@@ -37,6 +37,7 @@ _MOST = {
     "around_sigmas": 10.0,
     "side": 10.0,
     "beyond": 10.0,
+    "below": 10.0,
     "resolved": 1000.0,
     "fastest": 100.0,
     "farthest": 1000.0,
@@ -59,6 +60,8 @@ class WitnessMargins:
             rays around a voxel are looked at, and what ends beside a box but near the voxel
             decides nothing; a wider box would let a ghost's neighbours speak for it.
         beyond: How far behind a voxel a ray must end to have passed through it, metres.
+        below: How far below a voxel rays that end in the region's box show that something stands
+            there, only lower: what rays pass over its top then decides nothing, metres.
         resolved: Farthest distance at which a witness' rays count, metres: beyond, low or narrow
             things fit between them.
         fastest: Greatest speed of things that no vehicle tracks, m/s; see `count_rays`.
@@ -76,6 +79,7 @@ class WitnessMargins:
     around_sigmas: float = 1.5
     side: float = 0.1
     beyond: float = 0.5
+    below: float = 0.5
     resolved: float = 50.0
     fastest: float = 35.0
     farthest: float = 40.0
@@ -131,7 +135,14 @@ def outcomes(
         since,
         (chosen.centre, chosen.heading, chosen.size / 2 + margins.side),
         around,
-        (margins.reach, margins.around, margins.beyond, margins.farthest, margins.resolved),
+        (
+            margins.reach,
+            margins.around,
+            margins.beyond,
+            margins.below,
+            margins.farthest,
+            margins.resolved,
+        ),
         result,
     )
     return result
@@ -157,16 +168,16 @@ def _outcomes(
     since: Floats,
     boxes: tuple[Floats, Floats, Floats],
     around: Floats,
-    margins: tuple[float, float, float, float, float],
+    margins: tuple[float, float, float, float, float, float],
     result: NDArray[np.int8],
 ) -> None:
     """Fills in what the witness' rays find at each voxel: the best outcome of the rays around it.
 
-    `SUPPORT` of one ray decides; else `OCCLUDED` by one, then `NEAR`, then `THROUGH` by all.
+    `SUPPORT` of one ray decides; else `OCCLUDED` by one, then `NEAR`, then `THROUGH` by all, unless
+    rays a little lower end in the box: then it is `NEAR`, too.
     """
-    speed, turn_rate, period = motion
     centre, heading, half = boxes
-    reach, least_around, beyond, farthest, resolved = margins
+    reach, least_around, beyond, below, farthest, resolved = margins
     for v in range(len(places)):
         c = of_voxel[v]
         x, y, z, drift_x, drift_y = _when_faced(
@@ -187,6 +198,7 @@ def _outcomes(
         # leaves the decision to the others.
         found = MISSING
         cos, sin = np.cos(heading[c]), np.sin(heading[c])
+        east, north, up = drift_x + centre[c, 0], drift_y + centre[c, 1], centre[c, 2]
         for row in range(rows_from, rows_to):
             for column in range(from_column, to_column):
                 first, last = first_and_last(image, row, column)
@@ -194,15 +206,7 @@ def _outcomes(
                     left, above = angles_between(image, i, azimuth, elevation)
                     if (left / across) ** 2 + (above / rise) ** 2 > 1.0:
                         continue
-                    when = image.azimuth[i] * period / (2.0 * np.pi)
-                    a, b = to_scan_time(image.end[i, 0], image.end[i, 1], when, speed, turn_rate)
-                    e, n, u = to_world(pose, a, b, image.end[i, 2])
-                    e -= drift_x + centre[c, 0]
-                    n -= drift_y + centre[c, 1]
-                    u -= centre[c, 2]
-                    along, aside = abs(cos * e + sin * n), abs(cos * n - sin * e)
-                    is_inside = along < half[c, 0] and aside < half[c, 1]
-                    if is_inside and 0.7 * CLEARANCE < u < 2.0 * half[c, 2]:
+                    if _ends_in_box(image, i, pose, motion, east, north, up, cos, sin, half[c]):
                         found = SUPPORT
                         break
                     if image.distance[i] < claimed - beyond:
@@ -213,7 +217,61 @@ def _outcomes(
                     break
             if found == SUPPORT:
                 break
+        # Rays over the top of a thing that the witness sees, too, pass through nothing.
+        lower = min(below / claimed, 0.5) if found == THROUGH else 0.0
+        middle = elevation - 0.5 * lower
+        rows_from, rows_to, from_column, to_column = cells_around(
+            azimuth, middle, across, 0.5 * lower
+        )
+        for row in range(rows_from, rows_to if lower > 0.0 else rows_from):
+            for column in range(from_column, to_column):
+                first, last = first_and_last(image, row, column)
+                for i in range(first, last):
+                    left, above = angles_between(image, i, azimuth, middle)
+                    if (
+                        abs(left) <= across
+                        and abs(above) <= 0.5 * lower
+                        and _ends_in_box(image, i, pose, motion, east, north, up, cos, sin, half[c])
+                    ):
+                        found = NEAR
+                        break
         result[v] = OUTSIDE if found == MISSING and claimed > farthest else found
+
+
+@kernel(nogil=True)
+def _ends_in_box(
+    image: RangeImage,
+    ray: int,
+    pose: Floats,
+    motion: tuple[float, float, float],
+    east: float,
+    north: float,
+    up: float,
+    cos: float,
+    sin: float,
+    half: Floats,
+) -> bool:
+    """Whether a ray ends in an upright box, above what may be the ground.
+
+    Args:
+        image: The witness' rays.
+        ray: Index of the ray.
+        pose: The transform from the witness' velodyne frame to the world, shape (4, 4).
+        motion: The witness' speed, turn rate, and the period of its head.
+        east: The world's x of the bottom's middle when the ray was sent.
+        north: Likewise y.
+        up: Likewise z.
+        cos: Cosine of the box's heading.
+        sin: Sine of the box's heading.
+        half: Half of the box's length, width, height, shape (3,).
+    """
+    speed, turn_rate, period = motion
+    when = image.azimuth[ray] * period / (2.0 * np.pi)
+    a, b = to_scan_time(image.end[ray, 0], image.end[ray, 1], when, speed, turn_rate)
+    x, y, z = to_world(pose, a, b, image.end[ray, 2])
+    x, y, z = x - east, y - north, z - up
+    along, across = abs(cos * x + sin * y), abs(cos * y - sin * x)
+    return along < half[0] and across < half[1] and 0.7 * CLEARANCE < z < 2.0 * half[2]
 
 
 @kernel(nogil=True)

@@ -9,8 +9,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.box_overlap import rectangle_overlap
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.merging import seen_from_above
 from avsec_gym.validation.connected.rays.claims import MOST_CLAIMS, MOST_VOXELS_OF_ONE, Claims
 from avsec_gym.validation.connected.rays.observer import Observer
 from avsec_gym.validation.connected.rays.witness import (
@@ -58,7 +60,8 @@ def count_rays(
     witness' rays contradict a claim without a velocity, it asks whether they would support it, had
     the thing moved along one of the two axes of its region at some speed up to
     `WitnessMargins.fastest`, and reports the counts that support it most.  Along both, since of a
-    vehicle of which one face was seen nothing shows which of its sides is the longer one.
+    vehicle of which one face was seen nothing shows which of its sides is the longer one.  What the
+    other vehicle claims at the new place as something else is no support.
 
     Args:
         witness: The vehicle that looks.
@@ -75,16 +78,46 @@ def count_rays(
         steps = int(np.ceil(margins.fastest * np.abs(between).max() / _SHIFT))
         speeds = margins.fastest * np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps)
         axes = regions.heading[some.region] + np.array([[0.0], [np.pi / 2]])
+        decisive = counts[doubted, :2].sum(axis=1)
         for speed, axis in product(speeds, axes):
             velocity = speed * np.stack([np.cos(axis), np.sin(axis)], axis=1)
             moved = _three_counts(some, outcomes(witness, some, regions, margins, velocity))
             better = moved[:, 0] - moved[:, 1] > counts[doubted, 0] - counts[doubted, 1]
-            # Fewer rays are no excuse: the claim must be supported.
-            better &= moved[:, 0] > moved[:, 1]
-            counts[doubted[better]] = moved[better]
+            # Fewer rays are no excuse: the claim must be supported, and by half as many.
+            better &= (moved[:, 0] > moved[:, 1]) & (2 * moved[:, 0] >= decisive)
+            rows = np.flatnonzero(better)
+            place = _moved(regions[some.region[rows]], velocity[rows] * between[rows, None])
+            rows = rows[~_is_claimed(place, some.region[rows], claims, regions)]
+            counts[doubted[rows]] = moved[rows]
     return WitnessCounts(claims.region, counts)
 
 
+def _moved(regions: Regions, by: Floats) -> Regions:
+    """Regions so far along the world's x and y, metres, shape (R, 2)."""
+    centre = regions.centre + np.c_[by, np.zeros(len(by))]
+    return Regions(centre, regions.size, regions.heading)
+
+
+def _is_claimed(
+    places: Regions, own: NDArray[np.int64], claims: Claims, regions: Regions
+) -> NDArray[np.bool_]:
+    """Whether some other claim lies where a claimed thing would have moved to, shape (R,).
+
+    Args:
+        places: R places.
+        own: Which region each of the things was claimed in, shape (R,).
+        claims: All that the vehicle claims.
+        regions: The regions that all vehicles share.
+    """
+    others = seen_from_above(regions[claims.region])
+    common = rectangle_overlap(seen_from_above(places), others)
+    common[own[:, None] == claims.region] = 0.0
+    area = places.size[:, 0] * places.size[:, 1]
+    return np.asarray((common > _ANOTHER * area[:, None]).any(axis=1))
+
+
+_ANOTHER = 0.1
+"""Share of a moved region's area from which what is claimed there is another thing."""
 _SHIFT = 0.4
 """Metres between the places at which a thing that may have moved is looked for."""
 

@@ -5,7 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avsec_gym.validation.connected.rays.claims import Claims, claim
+from avsec_gym.validation.connected.rays.claims import (
+    MARGIN,
+    Claims,
+    claim,
+    grid_shapes,
+)
 from avsec_gym.validation.connected.rays.observer import Observer, observe
 from avsec_gym.validation.connected.rays.witness import OCCLUDED, THROUGH, WitnessMargins, outcomes
 from avsec_gym.validation.connected.rays.witness_counts import count_rays
@@ -138,12 +143,36 @@ def test_what_neither_tracks_may_have_moved_along_an_axis_of_its_region(speed: f
     turned = Regions(region.centre, region.size[:, [1, 0, 2]], np.array([np.pi / 2]))
     across = count_rays(other, claim(first, turned), turned, _EXACT).counts[0]
     assert across[0] > 5 * max(across[1], 1)
-    # A thing that moves aslant, or is not there, is not excused.
-    aslant = Regions(region.centre, region.size, np.array([np.pi / 4]))
-    aside = count_rays(other, claim(first, aslant), aslant, _EXACT).counts[0]
-    assert aside[1] > 10 * max(aside[0], 1)
+    # What the other vehicle claims there as a second thing does not speak for the first.
+    shift = np.array([[np.sign(speed) * 3.0, 0.0, 0.0]])
+    size = np.concatenate([region.size, region.size])
+    both = Regions(np.concatenate([region.centre, region.centre + shift]), size, np.zeros(2))
+    voxels = np.tile(claims.voxel, 2)
+    twice = Claims(np.arange(2), np.zeros((2, 2)), np.tile(claims.count, 2), voxels)
+    first_of_two = count_rays(other, twice, both, _EXACT).counts[0]
+    assert first_of_two[1] > 10 * max(first_of_two[0], 1)
+    # Nor is it excused if it is nowhere.
     nothing = observe(scan_of([], other.pose, time=0.1), _STILL)
     assert count_rays(nothing, claims, region, _EXACT).counts[0, 1] > 10
+
+
+def test_rays_over_the_top_of_what_the_witness_sees_pass_through_nothing() -> None:
+    low: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.2)
+    house: Box = (40.0, 50.0, -60.0, 60.0, 0.0, 20.0)
+    shape = grid_shapes(_REGION.grown(MARGIN, MARGIN).size)[0]
+    # All voxels from 1.4 to 1.6 m: the other vehicle's pose is a little too high.
+    voxel = np.arange(7, shape.prod(), shape[2])[::4]
+    top = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(voxel)]), voxel)
+
+    def through(box: list[Box], below: float) -> int:
+        witness = observe(scan_of([*box, house], pose_at(-4.0, 0.0)), _STILL)
+        margins = replace(_EXACT, below=below)
+        return int((outcomes(witness, top, _REGION, margins) == THROUGH).sum())
+
+    assert through([low], 0.0) > len(voxel) / 2
+    assert through([low], 0.5) < len(voxel) / 20
+    # Nothing stands there: all rays pass through.
+    assert through([], 0.5) == through([], 0.0) > len(voxel) / 2
 
 
 def test_a_witness_far_away_says_nothing(claims: Claims) -> None:
