@@ -8,10 +8,10 @@ proposed it, is none of those that accuse in it.
 A liar may also bend the box of an object by so little that it stays that of another vehicle, too.
 There, honest vehicles contradict each other over roofs and edges alone, on which rays of one end
 and above which those of the next pass: few cells, in one layer or two. Hence rays accuse only where
-`RAYS` or more of them pass through, and more than support, what is claimed in `LAYERS` layers or
-more, as most of what stands on the ground is. An optimiser found this (`LyingVehicle`). What is
-left are the contradictions of honest vehicles in honest regions: the rate of false alarms, which a
-liar can use.
+`ACCUSING_RAYS` or more of them pass through, and more than twice as many as support, what is
+claimed in `LAYERS` layers or more, as most of what stands on the ground is. An optimiser found this
+(`LyingVehicle`). What is left are the contradictions of honest vehicles in honest regions: the rate
+of false alarms, which a liar can use.
 
 Two that lie alike are two accusers. Hence those that side with the accused outweigh as many
 accusers: the vehicles whose rays confirm what it claims or, if it seems to lack something, pass
@@ -30,12 +30,11 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.merging import seen_from_above
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, Decision, DecisionRule
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
+from avsec_gym.validation.connected.rays.witness_counts import ACCUSING_RAYS
 from avsec_gym.validation.connected.regions import Regions
 
 ACCUSERS = 2
 """Vehicles that accuse a third, more than side with it; one of them may lie."""
-RAYS = 8
-"""Rays that pass through what a vehicle claims, at least, where another accuses."""
 LAYERS = 3
 """Layers of voxels, one above the other, in which a claim lies by which a vehicle accuses or is
 accused, at least."""
@@ -91,7 +90,7 @@ def upheld_by_rays(
     denies, confirms = decided & (ratio >= rule.accuser), decided & (ratio <= -rule.accuser)
     contradicts = denies.copy()
     through = counts[..., 1]
-    contradicts &= (through > counts[..., 0]) & (through >= RAYS)
+    contradicts &= (through > 2 * counts[..., 0]) & (through >= ACCUSING_RAYS)
     contradicts &= (layers >= LAYERS)[:, :, None]
     for index in np.flatnonzero(named >= 0):
         victim = named[index]

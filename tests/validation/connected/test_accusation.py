@@ -12,9 +12,9 @@ from hypothesis.extra.numpy import arrays
 
 from avsec_gym.validation.connected import accusation
 from avsec_gym.validation.connected.accusation import (
+    ACCUSING_RAYS,
     LAYERS,
     NO_LONE_AUTHOR,
-    RAYS,
     lone_authors,
     upheld_by_distances,
     upheld_by_rays,
@@ -179,7 +179,7 @@ def test_a_region_made_for_it_convicts_none(
     place = np.array(numbers)
     region = Regions(place[None, :3], place[None, 3:6], place[6:])
     assert not _convicts(honest, region, _LIAR)
-    monkeypatch.setattr(accusation, "RAYS", 0)
+    monkeypatch.setattr(accusation, "ACCUSING_RAYS", 0)
     monkeypatch.setattr(accusation, "LAYERS", 0)
     assert not _convicts(honest, region, _LIAR)
     # It does if its author accuses by any ray; in the last one more rays support, too.
@@ -288,11 +288,12 @@ def test_few_rays_or_a_claim_in_one_layer_accuse_none() -> None:
         every, alone = np.full((1, 3), layers), np.array([NO_LONE_AUTHOR])
         return int(upheld_by_rays(decision, counts, every, alone, _RATES, _RULE)[0])
 
-    assert named(RAYS, 0, LAYERS) == 1
-    assert named(RAYS - 1, 0, LAYERS) == CANNOT_TELL
-    assert named(RAYS, 0, LAYERS - 1) == CANNOT_TELL
-    # More rays that support than pass through are no accusation, whatever their ratio.
-    assert named(RAYS, RAYS + 1, LAYERS, missing=20) == CANNOT_TELL
+    assert named(ACCUSING_RAYS, 0, LAYERS) == 1
+    assert named(ACCUSING_RAYS - 1, 0, LAYERS) == CANNOT_TELL
+    assert named(ACCUSING_RAYS, 0, LAYERS - 1) == CANNOT_TELL
+    # Half as many rays that support are no accusation, whatever their ratio.
+    assert named(ACCUSING_RAYS, ACCUSING_RAYS // 2 - 1, LAYERS) == 1
+    assert named(ACCUSING_RAYS, ACCUSING_RAYS // 2, LAYERS, missing=20) == CANNOT_TELL
 
 
 def test_a_victim_with_two_witnesses_stays_named() -> None:

@@ -127,7 +127,7 @@ def _near(result: ConnectedResult, place: Box) -> int:
         _endless,
     ],
 )
-def test_a_broken_vehicle_changes_no_verdict_about_others(
+def test_a_broken_vehicle_changes_nothing_about_others(
     damage: _Damage, scans: dict[str, list[VehicleScan]], validator: ConnectedValidator
 ) -> None:
     refused = 0

@@ -235,6 +235,10 @@ def _outcomes(
                     ):
                         found = NEAR
                         break
+                if found == NEAR:
+                    break
+            if found == NEAR:
+                break
         result[v] = OUTSIDE if found == MISSING and claimed > farthest else found
 
 

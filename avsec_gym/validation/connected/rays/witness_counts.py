@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from avsec_gym.validation.connected.rays.witness import (
 )
 from avsec_gym.validation.connected.regions import Regions
 
+ACCUSING_RAYS = 8
+"""Rays that pass through what a vehicle claims, at least, where another accuses."""
 _FORMAT = 1
 _HEADER, _ROW = struct.Struct("<BH"), struct.Struct("<HBBB")
 
@@ -58,10 +60,10 @@ def count_rays(
 
     Vehicles look at different times, and what neither tracks may have moved meanwhile.  Where a
     witness' rays contradict a claim without a velocity, it asks whether they would support it, had
-    the thing moved along one of the two axes of its region at some speed up to
-    `WitnessMargins.fastest`, and reports the counts that support it most.  Along both, since of a
-    vehicle of which one face was seen nothing shows which of its sides is the longer one.  What the
-    other vehicle claims at the new place as something else is no support.
+    the thing moved along its region's heading at some speed up to `WitnessMargins.fastest`, and
+    reports the counts that support it most.  Of a vehicle of which one face was seen, nothing shows
+    which of its sides is the longer one: of what may have moved across its region, to where nothing
+    else is claimed, fewer rays that pass through are reported than an accusation needs.
 
     Args:
         witness: The vehicle that looks.
@@ -73,23 +75,72 @@ def count_rays(
     stands = ~claims.velocity.any(axis=1)
     doubted = np.flatnonzero(stands & (counts[:, 1] > counts[:, 0]))
     if margins.fastest > 0 and len(doubted):
-        some = claims[doubted]
-        between = _time_between(witness, some, regions)
-        steps = int(np.ceil(margins.fastest * np.abs(between).max() / _SHIFT))
-        speeds = margins.fastest * np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps)
-        axes = regions.heading[some.region] + np.array([[0.0], [np.pi / 2]])
-        decisive = counts[doubted, :2].sum(axis=1)
-        for speed, axis in product(speeds, axes):
-            velocity = speed * np.stack([np.cos(axis), np.sin(axis)], axis=1)
-            moved = _three_counts(some, outcomes(witness, some, regions, margins, velocity))
-            better = moved[:, 0] - moved[:, 1] > counts[doubted, 0] - counts[doubted, 1]
-            # Fewer rays are no excuse: the claim must be supported, and by half as many.
-            better &= (moved[:, 0] > moved[:, 1]) & (2 * moved[:, 0] >= decisive)
-            rows = np.flatnonzero(better)
-            place = _moved(regions[some.region[rows]], velocity[rows] * between[rows, None])
-            rows = rows[~_is_claimed(place, some.region[rows], claims, regions)]
-            counts[doubted[rows]] = moved[rows]
+        some, before = claims[doubted], counts[doubted]
+        best = before.copy()
+        for _, moved in _moved_along(0.0, witness, some, before, regions, margins):
+            better = moved[:, 0] - moved[:, 1] > best[:, 0] - best[:, 1]
+            better &= _is_supported(moved, before)
+            best[better] = moved[better]
+        counts[doubted] = best
+        # Of what may have moved across, too few rays are reported for an accusation.
+        accusing = (best[:, 1] >= ACCUSING_RAYS) & (best[:, 1] >= best[:, 0])
+        left = doubted[accusing]
+        if len(left):
+            some, before, own = claims[left], counts[left], claims.region[left]
+            crossed = np.zeros(len(left), bool)
+            for by, moved in _moved_along(np.pi / 2, witness, some, before, regions, margins):
+                rows = np.flatnonzero(_is_supported(moved, before) & ~crossed)
+                place = _moved(regions[own[rows]], by[rows])
+                crossed[rows] = ~_is_claimed(place, own[rows], claims, regions)
+            counts[left[crossed], 1] = ACCUSING_RAYS - 1
     return WitnessCounts(claims.region, counts)
+
+
+def _moved_along(
+    turned: float,
+    witness: Observer,
+    claims: Claims,
+    before: NDArray[np.int64],
+    regions: Regions,
+    margins: WitnessMargins,
+) -> Iterator[tuple[Floats, NDArray[np.int64]]]:
+    """What a witness counts, had what is claimed moved at speeds up to `WitnessMargins.fastest`.
+
+    Args:
+        turned: Angle from the regions' headings to the way that things moved, radians.
+        witness: The vehicle that looks.
+        claims: C claims.
+        before: What it counts where they are claimed, shape (C, 3).
+        regions: The regions that all vehicles share.
+        margins: What may lie apart.
+
+    Yields:
+        How far each thing moved along the world's x and y, metres, shape (C, 2), and supporting,
+        passing and missing rays, shape (C, 3).
+    """
+    between = _time_between(witness, claims, regions)
+    steps = int(np.ceil(margins.fastest * np.abs(between).max() / _SHIFT))
+    axis = regions.heading[claims.region] + turned
+    ahead = np.stack([np.cos(axis), np.sin(axis)], axis=1)
+    # Lower rays take long, and matter only where enough rays support.
+    quick, enough = replace(margins, below=0.0), np.maximum(before[:, :2].sum(axis=1), 1)
+    for share in np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps):
+        velocity = share * margins.fastest * ahead
+        moved = _three_counts(claims, outcomes(witness, claims, regions, quick, velocity))
+        rows = np.flatnonzero((2 * moved[:, 0] >= enough) & (moved[:, 1] > 0))
+        if len(rows):
+            some = claims[rows]
+            outcome = outcomes(witness, some, regions, margins, velocity[rows])
+            moved[rows] = _three_counts(some, outcome)
+        yield velocity * between[:, None], moved
+
+
+def _is_supported(moved: NDArray[np.int64], before: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether claims are supported at another place, by half of the rays of before, shape (C,).
+
+    Fewer rays are no excuse.
+    """
+    return (moved[:, 0] > moved[:, 1]) & (2 * moved[:, 0] >= before[:, :2].sum(axis=1))
 
 
 def _moved(regions: Regions, by: Floats) -> Regions:
@@ -112,12 +163,9 @@ def _is_claimed(
     others = seen_from_above(regions[claims.region])
     common = rectangle_overlap(seen_from_above(places), others)
     common[own[:, None] == claims.region] = 0.0
-    area = places.size[:, 0] * places.size[:, 1]
-    return np.asarray((common > _ANOTHER * area[:, None]).any(axis=1))
+    return np.asarray((common > 0.0).any(axis=1))
 
 
-_ANOTHER = 0.1
-"""Share of a moved region's area from which what is claimed there is another thing."""
 _SHIFT = 0.4
 """Metres between the places at which a thing that may have moved is looked for."""
 

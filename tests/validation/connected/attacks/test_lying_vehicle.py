@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -103,11 +105,15 @@ def test_the_lie_that_was_found_convicts_none_any_more(
     assert not liar.is_lone_author
     assert result.accused == ()
     assert nearest_to_conviction(result, liar) < 0
-    # As it was: a ring on a roof, and seven rays above it, were an accuser, and the vehicle that
-    # sides with the accused did not count.
+    # As it was: a ring on a roof, and seven rays above it, were an accuser, though lower rays end
+    # on the car, and the vehicle that sides with the accused did not count.
+    scans, targets, validator = street
+    constants = validator.constants
+    margins = replace(constants.margins, below=0.0)
+    street = scans, targets, replace(validator, constants=replace(constants, margins=margins))
     monkeypatch.setattr(accusation, "ACCUSERS", 1)
     assert _lied(street, _roof(street), _FOUND)[0].accused == ()
-    monkeypatch.setattr(accusation, "RAYS", 0)
+    monkeypatch.setattr(accusation, "ACCUSING_RAYS", 0)
     monkeypatch.setattr(accusation, "LAYERS", 0)
     result, liar = _lied(street, _roof(street), _FOUND)
     assert result.accused == (1,)
