@@ -41,7 +41,7 @@ from avsec_gym.validation.connected.result import AttackKind
 
 USUAL_COUNT = 200
 _WORK = f"{__name__}:ConnectedInstants"
-_FORMAT = 1
+_FORMAT = 2
 """Raised when what is measured changes, so that cells are done again."""
 _ATTACKS: dict[AttackKind, InstantAttack] = {
     "ghost": PastedObject(),

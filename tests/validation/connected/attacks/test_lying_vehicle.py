@@ -91,6 +91,13 @@ def _roof(street: Search) -> Regions:
     return street[1][1][np.array([2])]
 
 
+def _where_lower_rays_do_not_count(street: Search) -> Search:
+    scans, targets, validator = street
+    constants = validator.constants
+    margins = replace(constants.margins, below=0.0)
+    return scans, targets, replace(validator, constants=replace(constants, margins=margins))
+
+
 def _aside() -> np.ndarray:
     """The region itself, claimed nearly whole by a vehicle that is not in it: it sees nothing."""
     numbers = np.full(NUMBERS, 0.5)
@@ -107,10 +114,7 @@ def test_the_lie_that_was_found_convicts_none_any_more(
     assert nearest_to_conviction(result, liar) < 0
     # As it was: a ring on a roof, and seven rays above it, were an accuser, though lower rays end
     # on the car, and the vehicle that sides with the accused did not count.
-    scans, targets, validator = street
-    constants = validator.constants
-    margins = replace(constants.margins, below=0.0)
-    street = scans, targets, replace(validator, constants=replace(constants, margins=margins))
+    street = _where_lower_rays_do_not_count(street)
     monkeypatch.setattr(accusation, "ACCUSERS", 1)
     assert _lied(street, _roof(street), _FOUND)[0].accused == ()
     monkeypatch.setattr(accusation, "ACCUSING_RAYS", 0)
@@ -144,14 +148,15 @@ def test_a_region_of_its_own_counts_for_nothing(street: Search) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("vehicle", "proposal", "contradict"),
-    [(1, 2, True), (0, 3, False)],
-    ids=["a ring on a roof", "a car"],
+    ("vehicle", "proposal", "lower_rays", "contradict"),
+    [(1, 2, True, False), (1, 2, False, True), (0, 3, True, False)],
+    ids=["a ring on a roof", "a ring on a roof without lower rays", "a car"],
 )
 def test_cma_es_over_all_messages_of_a_liar_convicts_no_honest_vehicle(
-    vehicle: int, proposal: int, contradict: bool, street: Search
+    vehicle: int, proposal: int, lower_rays: bool, contradict: bool, street: Search
 ) -> None:
     cma = pytest.importorskip("cma")
+    street = street if lower_rays else _where_lower_rays_do_not_count(street)
     target = street[1][vehicle][np.array([proposal])]
     options = {"bounds": [0, 1], "seed": 1, "verbose": -9, "maxfevals": 150}
     # The measure is flat where no honest vehicle contradicts another.
@@ -164,7 +169,8 @@ def test_cma_es_over_all_messages_of_a_liar_convicts_no_honest_vehicle(
         assert not any(set(result.accused) - {_LIAR} for result, _ in lies)
         nearest.append([nearest_to_conviction(*each) for each in lies])
         search.tell(drawn, [-each for each in nearest[-1]])
-    # Over the roof it has found where honest vehicles contradict each other: -0.5 is no ray.
+    # Over the roof it finds where honest vehicles contradict each other, unless they look lower,
+    # too: -0.5 is no ray.
     assert (np.max(nearest) > -0.5) == contradict
 
 
