@@ -94,7 +94,7 @@ def _check_options(command: Any, words: Sequence[str], program: str) -> None:
     Raises:
         ConfigurationError: There is one; it names what it may have meant.
     """
-    known = [option.flag for option in options(command)]
+    known = [*(option.flag for option in options(command)), "--help"]
     for word in words:
         flag = word.partition("=")[0].replace("_", "-")
         if flag in _HELP:

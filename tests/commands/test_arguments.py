@@ -55,6 +55,7 @@ def test_words_become_a_command() -> None:
     [
         (["left", "--oild"], 'no option --oild. Did you mean "--no-oiled"?'),
         (["left", "--turn_sped", "3"], 'Did you mean "--turn-speed"?'),
+        (["left", "--hlep"], 'no option --hlep. Did you mean "--help"?'),
         (["left", "--zzz"], "no option --zzz. `avsec turn --help` lists all."),
         (["lift"], 'way cannot be lift. Did you mean "left"? Known: left, right'),
         (["left", "--speed", "None"], "--speed cannot be None. Known: slow, fast"),

@@ -10,9 +10,9 @@ import logging
 from pathlib import Path
 
 from avsec_gym.closed_loop.error_model.model import ErrorModel, read_error_model
-from avsec_gym.errors import DataError
 from avsec_gym.perception.weights.weights_file import weights_file_hash
 from avsec_gym.storage.regular_files import is_there
+from avsec_gym.unknown_source import unknown_source
 
 SHIPPED_MODELS = Path(__file__).parent / "shipped_models"
 """The folder of the files."""
@@ -67,14 +67,13 @@ def error_model_file(model: str | Path) -> Path:
         model: As for `named_error_model`.
 
     Raises:
+        ConfigurationError: It is the name of a shipped one, mistyped.
         DataError: There is none.
     """
-    if str(model) in shipped_error_models():
+    known = shipped_error_models()
+    if str(model) in known:
         return SHIPPED_MODELS / f"{model}.json"
     if not is_there(model):
-        raise DataError(
-            "There is no such file.",
-            path=model,
-            remedy=f"Name a file, or a shipped error model: {', '.join(shipped_error_models())}.",
-        )
+        expected = f"Name a file, or a shipped error model: {', '.join(known)}."
+        raise unknown_source(str(model), known, expected)
     return Path(model)

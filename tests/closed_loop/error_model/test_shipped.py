@@ -21,7 +21,7 @@ from avsec_gym.closed_loop.error_model.shipped import (
     named_error_model,
     shipped_error_models,
 )
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.perception.weights.weights_file import weights_file_hash
 
@@ -74,9 +74,12 @@ def test_a_file_is_read_as_it_is(tmp_path: Path) -> None:
 
 
 def test_what_is_not_there_is_an_error_with_the_names_of_those_that_are() -> None:
-    with pytest.raises(DataError, match="stereo_rcnn") as caught:
+    with pytest.raises(ConfigurationError, match='Did you mean "stereo_rcnn"') as caught:
         ErrorModelPerception("stereo_rcn")
     assert "or a shipped error model: " in str(caught.value)
+    with pytest.raises(DataError, match="stereo_rcnn") as missing:
+        ErrorModelPerception("my/own.json")
+    assert "my/own.json" in str(missing.value)
 
 
 @pytest.mark.parametrize("name", shipped_error_models())
