@@ -199,7 +199,8 @@ class BenchmarkBoard:
 
 def _print(entry: Entry) -> None:
     """The table of an entry."""
-    columns = ["scenes", "setting", "safe, %", "against", "difference", "AP 3D .7", "alarms, %"]
+    columns = ["scenes", "setting", "safe, %", "collisions", "against", "safe, difference"]
+    columns += ["AP 3D .7", "alarms, %", "stops"]
     rows = [_cells(row) for row in entry.rows]
     used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
     console.print_table(
@@ -210,6 +211,8 @@ def _print(entry: Entry) -> None:
 
 
 def _cells(row: EntryRow) -> list[str]:
+    from avsec_gym.emergency_stop import STOPPED
+
     rates = row.rates.to_json()
     safe = console.percent(rates["safe_driving_rate"], rates["safe_driving_rate_interval"])
     difference = ""
@@ -220,4 +223,9 @@ def _cells(row: EntryRow) -> list[str]:
     alarms = ""
     if row.alarms is not None:
         alarms = console.percent(row.alarms.rate, [*(row.alarms.interval or ())] or None)
-    return [row.scenes, row.setting, safe, row.against, difference, precision, alarms]
+    stops = row.rates.failures.get(STOPPED, 0)
+    counts = [str(count) if count else "" for count in (row.rates.collisions, stops)]
+    return [
+        *(row.scenes, row.setting, safe, counts[0]),
+        *(row.against, difference, precision, alarms, counts[1]),
+    ]

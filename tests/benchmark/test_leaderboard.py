@@ -15,7 +15,7 @@ from avsec_gym.cli import run
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.paired import paired_differences
-from avsec_gym.metrics.safety import COLLISION, SAFE, SafetyRates, SafetyRecord
+from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRates, SafetyRecord
 
 
 def records(safe: int, of: int = 10) -> list[SafetyRecord]:
@@ -68,18 +68,21 @@ def test_attacks_validators_and_planners() -> None:
     before, after = records(8), records(2)
     paired = paired_differences(before, after)
     attack = entry("attack", "light", row("contested", "dsgn attacked", 2, paired=paired))
+    stops = SafetyRates.of(
+        replace(each, outcome=UNPLANNED, reason="stopped") for each in records(0, 4)
+    )
     validator = entry(
         "validator", "watch",
-        row("all", "unattacked validated", 9, alarms=share(1)),
+        replace(row("all", "unattacked validated", 9, alarms=share(1)), rates=stops),
         row("all", "facula validated", 9, alarms=share(40), named=share(30)),
-        row("contested", "facula validated", 9, paired=paired_differences(after, before)),
+        row("contested", "facula validated", 9), row("contested", "facula", 7),
     )  # fmt: skip
     planner = entry("planner", "astar", row("all", "truth", 9), row("contested", "truth", 10))
     found = texts(board([planner, validator, attack]))
     assert [*found] == ["attacks", "validators", "planners"]
     assert found["attacks"] == [["light", "20.0", "–", "−60.0", "–", "–", "–"]]
     assert found["validators"] == [
-        ["watch", "2.0", "80.0", "–", "60.0", "–", "–", "+60.0", "–"]
+        ["watch", "2.0", "80.0", "–", "60.0", "–", "100.0", "10.0", "30.0", "–", "–"]
     ]  # fmt: skip
     assert found["planners"][0][:4] == ["astar", "90.0", "100.0", "10.0"]
 
