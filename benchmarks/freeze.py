@@ -31,14 +31,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True, help="of both sets of layouts")
     seed = parser.parse_args().seed
     every = list(range(ALL["full"]["layouts"]))
-    telling = list(islice(contested_numbers(seed + 1), CONTESTED["full"]["layouts"]))
+    contested = list(islice(contested_numbers(seed + 1), CONTESTED["full"]["layouts"]))
     ways = {
         scene.number: [str(way) for way in Intention if is_contested(scene, way)]
-        for scene in scenes(telling, seed + 1)
+        for scene in scenes(contested, seed + 1)
     }
     sets = {
         "all": frozen(every, seed, None) | ALL,
-        "contested": frozen(telling, seed + 1, ways) | CONTESTED,
+        "contested": frozen(contested, seed + 1, ways) | CONTESTED,
     }
     path = Path(__file__).parents[1] / "avsec_gym/benchmark" / FROZEN
     write_text(path, json.dumps({"sets": sets}, indent=1) + "\n")

@@ -10,20 +10,23 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from avsec_gym import __version__
+from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.benchmark.episodes import ALARM, BENCHMARK, ENTERED, NAMED
 from avsec_gym.benchmark.protocol import (
+    PATCH,
     TRANSFERRED,
     WHITE_BOX,
     Entered,
     Setting,
     is_replayed,
     is_white_box,
+    places_in,
     settings_of,
 )
 from avsec_gym.benchmark.scene_sets import VERSION, FrozenSet, frozen_sets
@@ -38,10 +41,11 @@ from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.experiment import Configuration
-from avsec_gym.runs.fingerprints import environment, fingerprint
+from avsec_gym.runs.fingerprints import fingerprint
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.regular_files import is_file
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.export.manifest import world_fingerprint
 
@@ -49,6 +53,7 @@ ENTRY = "entry.json"
 """In an entry's folder."""
 CATEGORY = "Car"
 _RESAMPLES = 1000
+_THREADS = 1
 _SCHEMA = "benchmark.entry"
 
 
@@ -117,14 +122,16 @@ class Entry:
             folder.
         quick: Whether only a few scenes were driven: no row of a leaderboard.
         white_box: Of a detector: whether an attack took its own gradients.
-        broken: Of a detector: whether that attack made fewer contested drives safe than one that
-            took another detector's gradients, the whole interval of the difference below 0; what
-            seems robust there only hides its gradients from who does not ask for them.
+        masked: Of a detector: whether attacks that do not know it left fewer contested drives safe
+            than the one by its own gradients, the whole interval of a difference below 0: then its
+            gradients lead nowhere, and what seems robust under them is not.
         scenes: The scenes.
         rows: The results.
         world: Fingerprint of the procedural world that rendered the scenes; empty without images.
-        weights: SHA-256 of the weights of the part's network, if it has one.
-        made_by: Versions of the package and of the libraries, and the machine.
+        weights: SHA-256 of the weights of all networks that took part, by detector.
+        budget: Of an attack: the most that it changes, grey levels, and of how many pixels.
+        made_by: Of the sitting that drove last: versions of the package and of the libraries, the
+            machine, the threads of a process.
         failed: Scenes that could not be driven, whose episodes are missing.
     """
 
@@ -134,11 +141,12 @@ class Entry:
     part: Any
     quick: bool
     white_box: bool | None
-    broken: bool
+    masked: bool
     scenes: Sequence[ScenesRow]
     rows: Sequence[EntryRow]
     world: str
-    weights: str | None
+    weights: Mapping[str, str]
+    budget: Mapping[str, Any] | None
     made_by: Mapping[str, Any]
     failed: int = 0
 
@@ -160,7 +168,6 @@ def entered(
     name: str | None = None,
     quick: bool = False,
     workers: int | None = None,
-    threads: int | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Entry:
     """Make an entry; what was done before in its folder is kept.
@@ -171,8 +178,8 @@ def entered(
         root: Folder of the entry; ``entry.json`` is its result.
         name: What it is called; None: as the part.
         quick: A few scenes only, in five minutes.
-        workers: Processes, as of `run_experiments`.
-        threads: Threads of each, likewise.
+        workers: Processes, as of `run_experiments`; each has one thread, since the last digits of
+            gradients depend on it.
         on_progress: Called with the number of scenes that are done and that of all.
 
     Raises:
@@ -180,30 +187,33 @@ def entered(
         DataError: The folder holds something else, or results are missing.
     """
     rows: list[EntryRow] = []
-    scenes, failed, before, broken = [], 0, 0, False
+    scenes, failed, before, masked = [], 0, 0, False
     for frozen in frozen_sets().values():  # A slip is reported before anything is made.
-        settings_of(kind, part, frozen.name)
+        frozen.check()
+        for setting in settings_of(kind, part, frozen.name):
+            _check_results(setting, frozen.ids(quick=quick))
+    world = world_fingerprint() if kind.sees else ""
     counts = [frozen.count(images=kind.sees, quick=quick) for frozen in frozen_sets().values()]
     for frozen in frozen_sets().values():
-        frozen.check()
-        configuration = Configuration(
-            frozen.name, options={"kind": str(kind), "part": part, "quick": quick}
-        )
+        options = {"kind": str(kind), "part": part, "quick": quick, "world": world}
+        configuration = Configuration(frozen.name, options=options)
         summary = run_experiments(
             [BENCHMARK],
             configuration,
             root / frozen.name,
             workers=workers,
-            threads=threads,
+            threads=_THREADS,
+            retry=True,
             on_progress=partial(_progress, on_progress, before, sum(counts)),
         )
         before += summary.cells
         failed += len(summary.failures) + summary.failed_before
         run = RunFolder.open(root / frozen.name)
         rows += _rows(run, kind, part, frozen, quick=quick)
-        broken = broken or (frozen.name == "contested" and _broken(run))
+        masked = masked or (frozen.name == "contested" and _masked(run))
         scenes.append(ScenesRow(frozen.name, summary.cells, frozen.digest))
-    made: Mapping[str, Any] = environment()
+    last = run.manifest["sittings"][-1]
+    made = {name: last[name] for name in ("versions", "sources", "python", "platform")}
     entry = Entry(
         version=VERSION,
         kind=kind,
@@ -211,12 +221,13 @@ def entered(
         part=_portable(part),
         quick=quick,
         white_box=_white_box(kind, part),
-        broken=broken,
+        masked=masked,
         scenes=scenes,
         rows=rows,
-        world=world_fingerprint() if kind.sees else "",
+        world=world,
         weights=_weights(kind, part),
-        made_by={"avsec_gym": __version__, **made},
+        budget=_budget(kind, part),
+        made_by={"avsec_gym": __version__, **made, "threads": _THREADS},
         failed=failed,
     )
     write_text(root / ENTRY, json.dumps(entry.to_json(), indent=1) + "\n", overwrite=True)
@@ -272,16 +283,34 @@ def _rows(
         )
 
 
-def _broken(run: RunFolder) -> bool:
-    """Whether an adaptive attack on a detector is stronger than a transferred one."""
-    known, unknown = (
-        run.records(setting=setting, planner=ENTERED) for setting in (WHITE_BOX, TRANSFERRED)
-    )
-    if not known or not unknown:
-        return False
-    paired = paired_differences(unknown, known)
-    interval = None if paired is None else paired.safe_driving_rate.interval
-    return interval is not None and interval[1] < 0
+def _masked(run: RunFolder) -> bool:
+    """Whether an attack that does not know a detector is stronger than one by its gradients."""
+    known = run.records(setting=WHITE_BOX, planner=ENTERED)
+    for setting in (TRANSFERRED, PATCH) if known else ():
+        paired = paired_differences(known, run.records(setting=setting, planner=ENTERED))
+        interval = None if paired is None else paired.safe_driving_rate.interval
+        if interval is not None and interval[1] < 0:
+            return True
+    return False
+
+
+def _check_results(setting: Setting, ids: Sequence[str]) -> None:
+    """Refuse results that are not there for every frame.
+
+    Raises:
+        DataError: A file is missing; one in which nothing was found is empty.
+    """
+    detector = (setting.parts or {}).get("detector", {})
+    if not is_replayed(detector):
+        return
+    folder = Path(detector["detections"])
+    missing = [id for id in ids if not is_file(folder / f"{id}.txt")]
+    if missing:
+        raise DataError(
+            f"{len(missing)} of {len(ids)} result files are not here, the first {missing[0]}.txt.",
+            path=folder,
+            remedy="Write a file for every frame, an empty one where nothing was found.",
+        )
 
 
 def _precision(run: RunFolder, setting: Setting, truth: Mapping[str, Any]) -> Precision | None:
@@ -330,9 +359,13 @@ def _name(part: Any) -> str:
 
 def _portable(part: Any) -> Any:
     """The part without a folder of this machine."""
-    if not is_replayed(part):
-        return part
-    return {"name": "replayed", "results": fingerprint(Path(part["detections"]))}
+    if is_replayed(part):
+        return {"name": "replayed", "results": fingerprint(Path(part["detections"]))}
+    if isinstance(part, Mapping):
+        return {name: _portable(value) for name, value in part.items()}
+    if isinstance(part, str) and (there := places_in(part)):
+        return {"file": Path(part).name, "sha256": fingerprint(there[part])}
+    return part
 
 
 def _white_box(kind: Entered, part: Any) -> bool | None:
@@ -341,7 +374,24 @@ def _white_box(kind: Entered, part: Any) -> bool | None:
     return not is_replayed(part) and is_white_box(part)
 
 
-def _weights(kind: Entered, part: Any) -> str | None:
-    if kind != Entered.DETECTOR or is_replayed(part):
+def _weights(kind: Entered, part: Any) -> dict[str, str]:
+    """Of all networks that drove or gave gradients, by name."""
+    detectors = []
+    for setting in settings_of(kind, part, next(iter(frozen_sets()))):
+        parts = setting.parts or {}
+        attack = parts.get("attack")
+        detectors += [parts.get("detector"), attack.get("of") if isinstance(attack, dict) else None]
+    hashes = {}
+    for detector in detectors:
+        if detector is None or is_replayed(detector) or _name(detector) in hashes:
+            continue
+        if (found := weights_hash(make(Kind.DETECTOR, detector))) is not None:
+            hashes[_name(detector)] = found
+    return hashes
+
+
+def _budget(kind: Entered, part: Any) -> dict[str, Any] | None:
+    if kind != Entered.ATTACK:
         return None
-    return weights_hash(make(Kind.DETECTOR, part))
+    budget = getattr(make(attack_kind(part), part), "budget", None)
+    return None if budget is None else asdict(budget)

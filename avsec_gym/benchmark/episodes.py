@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
-from avsec_gym.benchmark.protocol import Entered, Setting, settings_of
+from avsec_gym.benchmark.protocol import Entered, Setting, places_in, settings_of
 from avsec_gym.benchmark.scene_sets import frozen_sets
+from avsec_gym.perception import weights
 from avsec_gym.pipeline import Pipeline, run_episode
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.experiment import (
@@ -25,8 +27,9 @@ from avsec_gym.scenario.scene_set import SceneSet
 ALARM, NAMED = "alarm", "named"
 """Measurements of validators: whether there was an alarm, and whether it named the sensors that
 were attacked, no more and no fewer."""
-OPTIONS = {"kind": "detector", "part": {"name": "dsgn"}, "quick": False}
-"""What is entered, the part, and whether only the scenes of a quick entry are used."""
+OPTIONS = {"kind": "detector", "part": {"name": "dsgn"}, "quick": False, "world": ""}
+"""What is entered, the part, whether only the scenes of a quick entry are used, and the fingerprint
+of the world that rendered them: a run does not go on with another one."""
 
 _WORK = "avsec_gym.benchmark.episodes:BenchmarkEpisodes"
 
@@ -59,6 +62,16 @@ def _cells(configuration: Configuration) -> list[Cell]:
     _settings(configuration)  # A slip is reported before minutes in which scenes are rendered.
     scenes = _set_of(_scenes(configuration)).labelled
     return [Cell.of(_WORK, scene.id, scenario=scene.id) for scene in scenes]
+
+
+def _inputs(configuration: Configuration) -> dict[str, Path]:
+    """What a run does not go on without, or with other content: weights, fits, patches, results."""
+    inputs: dict[str, Path] = {}
+    for setting in _settings(configuration):
+        inputs |= places_in(setting.parts or {}) | places_in(setting.planner)
+    if Entered(configuration.options["kind"]).sees:
+        inputs["weights"] = Path(weights.__file__).parent
+    return inputs
 
 
 class BenchmarkEpisodes:
@@ -157,6 +170,7 @@ BENCHMARK = Experiment(
     "How good is this part of the pipeline, all else being as frozen?",
     "",
     _cells,
+    inputs=_inputs,
     options=OPTIONS,
     usual=Configuration("all"),
 )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
+
+import torch
 
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.benchmark.protocol import unknowing_attacks
@@ -14,8 +15,9 @@ from avsec_gym.kitti.sensor_files import write_image
 from avsec_gym.pipeline import Pipeline
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.folders import make_folder
-from avsec_gym.storage.regular_files import is_there
+from avsec_gym.storage.regular_files import MAX_FILE_BYTES, is_there, read_bytes
 
 _COPIED = {"calib": ".txt", "velodyne": ".bin"}
 """What no attack changes; labels are not handed out."""
@@ -47,11 +49,13 @@ def write_frames(
     pipelines = {
         setting: Pipeline("oracle", attack) for setting, attack in unknowing_attacks("").items()
     }
+    for frozen in frozen_sets().values():
+        frozen.check()
+    torch.set_num_threads(1)  # As in an entry: the last digits of gradients depend on it.
     sets = [(frozen, frozen.frames(quick=quick)) for frozen in frozen_sets().values()]
     total = sum(len(scenes) for _, scenes in sets) * len(pipelines)
     folders, done = [], 0
     for frozen, scenes in sets:
-        frozen.check()
         for setting, pipeline in pipelines.items():
             folder = root / frozen.name / setting
             for part in ("image_2", "image_3", *_COPIED):
@@ -71,7 +75,7 @@ def _write(folder: Path, scenes: FrameScenes, scene: Scene, pipeline: Pipeline) 
     source = scenes.data[scene.id].folder
     for part, suffix in _COPIED.items():
         file = f"{part}/{scene.id}{suffix}"
-        shutil.copyfile(source / file, folder / file)
+        write_bytes(folder / file, read_bytes(source / file, most=MAX_FILE_BYTES), overwrite=True)
     frame: SensorFrame = pipeline.tampered(
         scene, scenes.frame(scene), seed=(0, scene.number), disparity=scenes.disparity(scene)
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from avsec_gym.benchmark.entry import Entry, EntryRow
@@ -64,14 +65,16 @@ def left_out(entry: Entry) -> str:
 def _detectors(entries: Sequence[Entry]) -> Table:
     settings = (UNATTACKED, TRANSFERRED, WHITE_BOX, PATCH)
     titles = {WHITE_BOX: "own gradients", TRANSFERRED: "other's gradients"}
-    columns = ["detector", "known to the attacker", "broken by its gradients"]
+    columns = ["detector", "known to the attacker", "hides its gradients"]
+    columns += ["safe, worst case"]
     columns += [f"safe, {titles.get(setting, setting)}" for setting in settings]
     columns += [f"AP, {titles.get(setting, setting)}" for setting in settings]
     rows = [
         [
             _named(entry),
             name("white box" if entry.white_box else "black box"),
-            _broken(entry),
+            _masked(entry),
+            _safe(_worst(entry)),
             *(_safe(entry.row(CONTESTED, setting)) for setting in settings),
             *(_precision(entry.row(ALL, setting)) for setting in settings),
         ]
@@ -80,9 +83,10 @@ def _detectors(entries: Sequence[Entry]) -> Table:
     note = (
         f"{_SAFE} AP: average precision of moderate cars in 3D at an overlap of 0.7, 11 recall "
         "points, on all scenes. Attacks: projected gradient descent, 4 grey levels, 7 steps; a "
-        "patch that was trained against both of the package's detectors. Broken by its gradients: "
-        "an attack by a detector's own gradients makes fewer drives safe than one by another "
-        "detector's, the whole interval of the paired difference below 0."
+        "patch that was trained against both of the package's detectors. Hides its gradients: an "
+        "attack that does not know the detector leaves fewer drives safe than the one by its own "
+        "gradients, the whole interval of the paired difference below 0. Worst case: the setting "
+        "with the fewest safe drives."
     )
     return Table(
         "Detectors, the safest to drive by first",
@@ -96,24 +100,32 @@ def _detectors(entries: Sequence[Entry]) -> Table:
 
 
 def _attacks(entries: Sequence[Entry]) -> Table:
-    columns = ["attack"]
+    columns = ["attack", "change, grey levels", "pixels"]
     columns += [f"safe under it, {detector}" for detector in DETECTORS]
     columns += [f"change of safe, {detector}" for detector in DETECTORS]
     columns += [f"AP under it, {detector}" for detector in DETECTORS]
     rows = []
-    for entry in reversed(_safest_first(entries, CONTESTED, f"{DETECTORS[0]} attacked")):
+    for entry in sorted(entries, key=_left_safe):
         found = [entry.row(CONTESTED, f"{detector} attacked") for detector in DETECTORS]
         seen = [entry.row(ALL, f"{detector} attacked") for detector in DETECTORS]
+        budget = entry.budget or {}
         rows.append(
             [
                 _named(entry),
+                figure(budget.get("change")),
+                name("all") if budget and budget["area"] is None else figure(budget.get("area")),
                 *map(_safe, found),
                 *map(_difference, found),
                 *map(_precision, seen),
             ]
         )
-    note = f"{_SAFE} Changes are against the same drives without the attack, in points."
-    return Table("Attacks, the most harmful to DSGN first", columns, rows, note, sortable=True)
+    note = (
+        f"{_SAFE} Changes are against the same drives without the attack, in points. "
+        "Compare attacks of one budget: the most that any channel of a pixel may change."
+    )
+    return Table(
+        f"Attacks, the most harmful to {DETECTORS[0]} first", columns, rows, note, sortable=True
+    )
 
 
 def _validators(entries: Sequence[Entry]) -> Table:
@@ -124,7 +136,7 @@ def _validators(entries: Sequence[Entry]) -> Table:
     for case in OPTICAL:
         columns += [f"collisions, {case}, %", f"without it, {case}, %"]
     rows = []
-    for entry in sorted(entries, key=_collisions_left):
+    for entry in sorted(entries, key=_cost):
         clean = entry.row(ALL, UNATTACKED + VALIDATED)
         seen = [entry.row(ALL, case + VALIDATED) for case in OPTICAL]
         cells = [_named(entry)]
@@ -141,13 +153,24 @@ def _validators(entries: Sequence[Entry]) -> Table:
         "Collisions of all contested drives under each attack, and of the same drives without a "
         "validator. In brackets 95 % intervals."
     )
-    title = "Validators, the fewest collisions under attack first"
+    title = "Validators, by collisions under attack and needless stops together, the fewest first"
     return Table(title, columns, rows, note, sortable=True)
 
 
-def _collisions_left(entry: Entry) -> tuple[int, str]:
-    found = [entry.row(CONTESTED, case + VALIDATED) for case in OPTICAL]
-    return sum(row.rates.collisions for row in found if row), entry.name
+def _cost(entry: Entry) -> tuple[float, str]:
+    """Shares of drives that collide under attack, and that stop without one; missing ones last."""
+    driven = [entry.row(CONTESTED, case + VALIDATED) for case in OPTICAL]
+    clean = entry.row(ALL, UNATTACKED + VALIDATED)
+    if clean is None or None in driven:
+        return math.inf, entry.name
+    collisions = [row.rates.collisions / row.rates.scenarios for row in driven if row]
+    needless = clean.rates.failures.get(STOPPED, 0) / clean.rates.scenarios
+    return sum(collisions) / len(collisions) + needless, entry.name
+
+
+def _left_safe(entry: Entry) -> tuple[float, str]:
+    row = entry.row(CONTESTED, f"{DETECTORS[0]} attacked")
+    return (math.inf if row is None else row.rates.safe_driving_rate), entry.name
 
 
 def _drives(row: EntryRow | None, count: int) -> Share | None:
@@ -160,14 +183,14 @@ def _planners(entries: Sequence[Entry]) -> Table:
     columns += ["travel time, s", "cost SM1"]
     rows = []
     for entry in _safest_first(entries, ALL, TRUTH):
-        every, telling = entry.row(ALL, TRUTH), entry.row(CONTESTED, TRUTH)
+        every, contested = entry.row(ALL, TRUTH), entry.row(CONTESTED, TRUTH)
         rates = every.rates if every is not None else None
         found = rates.to_json() if rates is not None else {}
         rows.append(
             [
                 _named(entry),
                 _safe(every),
-                _safe(telling),
+                _safe(contested),
                 figure(
                     found.get("collision_rate"), found.get("collision_rate_interval"), scale=100
                 ),
@@ -176,7 +199,12 @@ def _planners(entries: Sequence[Entry]) -> Table:
             ]
         )
     return Table(
-        "Planners, the safest first", columns, rows, "Planners know the truth.", sortable=True
+        "Planners, the safest first",
+        columns,
+        rows,
+        "Planners know the truth. Contested scenes are some that A* drives safely. Travel time and "
+        "cost are means over each planner's own drives.",
+        sortable=True,
     )
 
 
@@ -194,10 +222,15 @@ def _named(entry: Entry) -> TableCell:
     return name(entry.name, hint=f"{made}{world}")
 
 
-def _broken(entry: Entry) -> TableCell:
-    if entry.broken:
+def _masked(entry: Entry) -> TableCell:
+    if entry.masked:
         return TableCell("yes", tone="bad", words=True)
     return name("no" if entry.white_box else UNKNOWN)
+
+
+def _worst(entry: Entry) -> EntryRow | None:
+    rows = [row for row in entry.rows if row.scenes == CONTESTED]
+    return min(rows, key=lambda row: row.rates.safe_driving_rate, default=None)
 
 
 def _safe(row: EntryRow | None) -> TableCell:

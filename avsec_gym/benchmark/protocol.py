@@ -8,19 +8,25 @@ LiDAR that light shines into, and where nothing does; a planner knows the truth.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from avsec_gym.argument_checks import place, shown
 from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.attacks.patch_files import shipped_patch
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.kitti.detections import default_score_threshold
+from avsec_gym.kitti.labels import read_detections
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.registry import Kind, check, made_part
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.storage.regular_files import is_folder, is_there
 from avsec_gym.validation.shipped import FitKind, shipped_file
 
 DETECTORS = ("dsgn", "stereo_rcnn")
@@ -98,9 +104,9 @@ def settings_of(kind: Entered, part: Any, scenes: str) -> list[Setting]:
         part = _fitted(part)
         check(Kind.VALIDATOR, part)
         return _validated(part)
-    if is_replayed(part):
-        return _of_results(Path(part["detections"]) / scenes)
     check(Kind.DETECTOR, part)
+    if is_replayed(part):
+        return _of_results(results_of(part) / scenes)
     return _attacked(part)
 
 
@@ -112,6 +118,17 @@ def is_replayed(part: Any) -> bool:
 def is_white_box(part: Any) -> bool:
     """Whether an attack can take the gradients of a detector."""
     return isinstance(made_part("detector", Kind.DETECTOR, part), DifferentiableDetector)
+
+
+def results_of(part: Mapping[str, Any]) -> Path:
+    """The folder of a detector that is known by its results alone.
+
+    Raises:
+        ConfigurationError: It is no folder's name, or the part has other arguments.
+    """
+    if set(part) != {"name", "detections"}:
+        raise ConfigurationError(f"results are entered by their folder alone, got {shown(part)}")
+    return place("detections", part["detections"])
 
 
 def unknowing_attacks(part: Any) -> dict[str, dict[str, Any] | None]:
@@ -147,10 +164,16 @@ def _of_results(folder: Path) -> list[Setting]:
             remedy="`avsec benchmark frames --out DIR` writes the frames; a detector's results on"
             " DIR/SCENES/SETTING lie in SCENES/SETTING.",
         )
+    # The scores of one detector are of one kind, attacked or not.
+    scores = [read_detections(path).score for path in sorted((folder / UNATTACKED).glob("*.txt"))]
+    threshold = default_score_threshold(np.concatenate([*scores, np.zeros(0)]))
     return [
         Setting(
             name,
-            {"detector": {"name": "replayed", "detections": str(folder / name)}},
+            {
+                "detector": {"name": "replayed", "detections": str(folder / name)},
+                "score_threshold": threshold,
+            },
             against=UNATTACKED if name != UNATTACKED else "",
         )
         for name in names
@@ -185,3 +208,12 @@ def _validated(part: Any) -> list[Setting]:
             ),
         )
     ]
+
+
+def places_in(value: Any) -> dict[str, Path]:
+    """The files and folders that arguments of parts name, by their names."""
+    if isinstance(value, Mapping):
+        return {name: path for item in value.values() for name, path in places_in(item).items()}
+    if isinstance(value, str) and os.sep in value and is_there(value):
+        return {value: Path(value)}
+    return {}

@@ -9,11 +9,10 @@ objects tells whether the package still makes these scenes.
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
@@ -23,6 +22,7 @@ from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import scene_of_layout
+from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.export.data_set import Progress
 from avsec_gym.world.export.default_suites import cached
@@ -86,6 +86,11 @@ class FrozenSet:
         extent = self.quick if quick else self.full
         return extent.frames if images else extent.layouts
 
+    def ids(self, *, quick: bool = False) -> list[str]:
+        """The ids of the frames."""
+        numbers = self.numbers[: self.count(images=True, quick=quick)]
+        return [f"{number:06d}" for number in numbers]
+
     def layouts(self, *, quick: bool = False) -> SceneSet:
         """The scenes, without images."""
         scenes = self._scenes[: self.count(images=False, quick=quick)]
@@ -122,8 +127,9 @@ class FrozenSet:
 @cache
 def frozen_sets() -> Mapping[str, FrozenSet]:
     """The sets of this version by their names."""
-    text = files("avsec_gym.benchmark").joinpath(FROZEN).read_text(encoding="utf-8")
-    return {name: _set(name, found) for name, found in json.loads(text)["sets"].items()}
+    path = Path(__file__).with_name(FROZEN)
+    found = read_json_object(path, remedy="It belongs to the package: install it again.")
+    return {name: _set(name, one) for name, one in found["sets"].items()}
 
 
 def digest_of(scenes: Iterable[Scene]) -> str:

@@ -32,8 +32,6 @@ class _Enter:
     """A few scenes, to try: five minutes on two cores, and no row of a leaderboard."""
     workers: int | None = None
     """Processes, as of `avsec run`."""
-    threads: int | None = None
-    """Of each process, as of `avsec run`."""
     json: bool = False
     """Print the entry as JSON."""
 
@@ -50,14 +48,18 @@ class _Enter:
                 name=self.name,
                 quick=self.quick,
                 workers=self.workers,
-                threads=self.threads,
                 on_progress=shown,
             )
         if self.json:
             console.print_json("benchmark.entry", entry.to_json())
         else:
             _print(entry)
-            left = f", {entry.failed} scenes failed: run.log states why" if entry.failed else ""
+            left = ""
+            if entry.failed:
+                left = (
+                    f", {entry.failed} scenes failed: run.log in the folders beside it states why,"
+                    " and the same command tries them again"
+                )
             console.say(f"{self.out / ENTRY}: version {entry.version}{left}")
         return console.DONE_IN_PART if entry.failed else console.DONE
 
@@ -80,9 +82,10 @@ class BenchmarkDetector(_Enter):
 
     @property
     def _part(self) -> Any:
+        from avsec_gym.registry import Kind, names
         from avsec_gym.storage.regular_files import is_folder
 
-        if is_folder(Path(self.part)):
+        if self.part not in names(Kind.DETECTOR) and is_folder(Path(self.part)):
             return {"name": "replayed", "detections": str(Path(self.part).resolve())}
         return super()._part
 
@@ -153,9 +156,16 @@ class BenchmarkBoard:
         from avsec_gym.storage.text_files import write_text
 
         kept, code = [], console.DONE
-        for path in self._files():
-            entry = read_entry(path)
-            if reason := left_out(entry):
+        files = self._files()
+        for path in files:
+            try:
+                entry = read_entry(path)
+                reason = left_out(entry)
+            except DataError as error:
+                if len(files) == 1:
+                    raise
+                reason = f"cannot be read: {error}"
+            if reason:
                 console.say(f"avsec: left out: {path} {reason}")
                 code = console.DONE_IN_PART
             else:
@@ -194,7 +204,7 @@ class BenchmarkBoard:
                     remedy="Make an entry with `avsec benchmark KIND NAME --out DIR`.",
                 )
             files += found
-        return files
+        return [*dict.fromkeys(path.resolve() for path in files)]
 
 
 def _print(entry: Entry) -> None:
@@ -219,7 +229,9 @@ def _cells(row: EntryRow) -> list[str]:
     if row.paired is not None:
         own = row.paired.safe_driving_rate
         difference = console.percent(own.value, None if own.interval is None else [*own.interval])
-    precision = "" if row.precision is None else f"{row.precision.strict.value:.1f}"
+    precision = ""
+    if row.precision is not None and row.precision.strict.value is not None:
+        precision = f"{row.precision.strict.value:.1f}"
     alarms = ""
     if row.alarms is not None:
         alarms = console.percent(row.alarms.rate, [*(row.alarms.interval or ())] or None)

@@ -25,10 +25,9 @@ SIZE = (375, 1242)
 SHIFTED = kitti_rig().calibration
 
 
-def tilted(t_y: float = 0.05, t_z: float = -0.03, zoom: float = 1.0) -> Calibration:
+def tilted(t_y: float = 0.05, t_z: float = -0.03) -> Calibration:
     """A rig whose right camera stands 5 cm lower and 3 cm farther ahead than the left one."""
     projections = SHIFTED.projections.copy()
-    projections[3][:2, :3] *= zoom
     projections[3][:, 3] += projections[3][:, :3] @ [0.0, t_y, t_z]
     return replace(SHIFTED, projections=projections)
 
@@ -61,8 +60,8 @@ def places(calibration: Calibration, count: int = 20) -> list[PatchPlace]:
 
 @pytest.mark.parametrize(
     "calibration",
-    [tilted(), tilted(-0.1, 0.0), tilted(0.0, 0.2), tilted(zoom=1.01)],
-    ids=["both", "lower", "ahead", "another focal length"],
+    [tilted(), tilted(-0.1, 0.0), tilted(0.0, 0.2)],
+    ids=["both", "lower", "ahead"],
 )
 def test_corners_are_where_the_poster_is_seen(calibration: Calibration) -> None:
     assert max(error(place, calibration) for place in places(calibration)) < 0.01

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.labels import write_detections
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.perception.detectors.boxes_in_view import boxes_in_view
 from avsec_gym.pipeline import run_episode
@@ -30,7 +32,7 @@ from avsec_gym.validation.validator import Validation
 
 
 def made(kind: str, part: Any, root: Path, **more: Any) -> Any:
-    return entered(Entered(kind), part, root, workers=0, threads=1, **more)
+    return entered(Entered(kind), part, root, workers=0, **more)
 
 
 def test_a_planner(few: dict[str, FrozenSet], tmp_path: Path) -> None:
@@ -65,20 +67,22 @@ def test_a_detector_that_sees_all_and_one_that_sees_nothing(
     assert first.precision is not None
     assert first.precision.strict.value == pytest.approx(first.precision.ceiling)
     assert seeing.white_box is False
-    assert not seeing.broken
+    assert not seeing.masked
+    assert seeing.weights == {}
     assert seeing.rows[1].paired is not None
     assert seeing.rows[1].paired.safe_driving_rate.value == 0.0
     # That is what makes the scene a contested one.
-    blind = made("detector", str_of_results(tmp_path / "nothing"), tmp_path / "blind")
+    blind = made("detector", nothing_seen(tmp_path / "nothing", few), tmp_path / "blind")
     rates = {row.scenes: row.rates.safe_driving_rate for row in blind.rows}
     assert rates["contested"] == 0.0
     assert seeing.row("contested", "unattacked").rates.safe_driving_rate == 1.0
 
 
-def str_of_results(folder: Path) -> dict[str, str]:
+def nothing_seen(folder: Path, sets: dict[str, FrozenSet]) -> dict[str, str]:
     """A folder of results in which nothing is seen."""
-    for scenes in ("all", "contested"):
-        (folder / scenes / "unattacked").mkdir(parents=True, exist_ok=True)
+    for name, frozen in sets.items():
+        for id in frozen.ids():
+            write_detections(folder / name / "unattacked" / f"{id}.txt", Boxes3D.empty())
     return {"name": "replayed", "detections": str(folder)}
 
 
@@ -122,6 +126,81 @@ def found_in(frame: SensorFrame) -> Boxes3D:
     location = np.array([[0.0, 1.65, distance]])
     size, turn, score = np.array([[1.5, 1.6, 4.0]]), np.array([-1.57]), np.array([0.9])
     return boxes_in_view(location, size, turn, score, "Car", frame.calibration, (120, 320))
+
+
+def test_results_are_there_for_every_frame(few: dict[str, FrozenSet], tmp_path: Path) -> None:
+    part = nothing_seen(tmp_path / "results", few)
+    last = few["contested"].ids()[-1]
+    (tmp_path / "results/contested/unattacked" / f"{last}.txt").unlink()
+    with pytest.raises(DataError, match=f"1 of 1 result files .* {last}.txt"):
+        made("detector", part, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_was_entered_stays_what_it_is(few: dict[str, FrozenSet], tmp_path: Path) -> None:
+    """Neither another part nor other results go on in a folder."""
+    part = nothing_seen(tmp_path / "results", few)
+    made("detector", part, tmp_path / "out")
+    with pytest.raises(DataError):
+        made("detector", "oracle", tmp_path / "out")
+    with pytest.raises(DataError):
+        made("detector", part, tmp_path / "out", quick=True)
+    id = few["all"].ids()[0]
+    path = tmp_path / "results" / "all" / "unattacked" / f"{id}.txt"
+    path.write_text("Car 0 0 0 0 0 50 50 1.5 1.6 4.0 0 1.65 20 0 0.9\n")
+    with pytest.raises(DataError):
+        made("detector", part, tmp_path / "out")
+
+
+class Fooled:
+    """Gives gradients that lead nowhere, and sees nothing beside a patch."""
+
+    name = "fooled"
+
+    def __init__(self, masked: bool) -> None:
+        self.masked = masked
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        from avsec_gym.kitti.labels import read_labels
+
+        assert frame.origin is not None
+        truth = read_labels(frame.origin / "label_2" / f"{frame.id}.txt")
+        # What changes many pixels a little, and what changes few of them much.
+        there = KittiObject(frame.origin.parent).frame(frame.id)
+        change = np.abs(np.subtract(frame.image(2), there.image(2), dtype=float)).max(axis=2)
+        noise, patch = (change > 0).mean() > 0.5, change.max() > 30
+        return Boxes3D.empty() if (patch if self.masked else noise) else truth
+
+    def detect_batch(self, batch: Any) -> list[Boxes3D]:
+        raise NotImplementedError
+
+    def losses(self, batch: Any, truth: Any, disparity: Any = None) -> Any:
+        raise NotImplementedError
+
+
+@pytest.mark.parametrize("masked", [True, False])
+def test_gradients_that_lead_nowhere(
+    few: dict[str, FrozenSet], tmp_path: Path, masked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Noise stands for attacks by gradients: the patch harms more than it where they are masked."""
+    from avsec_gym.benchmark import entry
+
+    name = f"fooled_{masked}".lower()
+    if name not in names(Kind.DETECTOR):
+        register(Kind.DETECTOR, name, lambda: Fooled(masked))
+    # One scene has no interval: the difference itself decides.
+    whole = entry.paired_differences
+
+    def certain(first: Any, second: Any) -> Any:
+        found = whole(first, second)
+        value = found.safe_driving_rate.value
+        return replace(found, safe_driving_rate=Estimate(value, (value, value)))
+
+    monkeypatch.setattr(entry, "paired_differences", certain)
+    found = made("detector", name, tmp_path)
+    assert found.white_box is True
+    assert [row.setting for row in found.rows][-1] == "white_box"
+    assert found.masked is masked
 
 
 class Suspicious:

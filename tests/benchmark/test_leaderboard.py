@@ -30,10 +30,10 @@ def row(scenes: str, setting: str, safe: int, **more: Any) -> EntryRow:
 
 
 def entry(kind: str, name: str, *rows: EntryRow, **more: Any) -> Entry:
-    given = {"quick": False, "white_box": None, "broken": False} | more
+    given = {"quick": False, "white_box": None, "masked": False, "budget": None} | more
     return Entry(
         version=1, kind=Entered(kind), name=name, part=name, scenes=(), rows=rows, world="abc",
-        weights=None, made_by={"avsec_gym": "0.1.0"}, **given,
+        weights={}, made_by={"avsec_gym": "0.1.0"}, **given,
     )  # fmt: skip
 
 
@@ -52,14 +52,14 @@ def test_detectors_by_how_safe_contested_drives_are() -> None:
     worse = entry(
         "detector", "worse",
         row("all", "unattacked", 9, precision=PRECISION), row("contested", "unattacked", 4),
-        row("contested", "white_box", 1), white_box=True, broken=True,
+        row("contested", "white_box", 1), white_box=True, masked=True,
     )  # fmt: skip
     better = entry("detector", "better", row("contested", "unattacked", 6), white_box=False)
     (section,) = board([worse, better])
     first, second = texts([section])["detectors"]
-    assert first[:4] == ["better", "black box", "–", "60.0"]
-    assert second[:6] == ["worse", "white box", "yes", "40.0", "–", "10.0"]
-    assert second[7] == "31.2"
+    assert first[:5] == ["better", "black box", "–", "60.0", "60.0"]
+    assert second[:7] == ["worse", "white box", "yes", "10.0", "40.0", "–", "10.0"]
+    assert second[8] == "31.2"
     (table,) = section.parts
     assert len(table.columns) == len(first)
 
@@ -67,7 +67,10 @@ def test_detectors_by_how_safe_contested_drives_are() -> None:
 def test_attacks_validators_and_planners() -> None:
     before, after = records(8), records(2)
     paired = paired_differences(before, after)
-    attack = entry("attack", "light", row("contested", "dsgn attacked", 2, paired=paired))
+    attack = entry(
+        "attack", "light", row("contested", "dsgn attacked", 2, paired=paired),
+        budget={"change": 4.0, "area": None},
+    )  # fmt: skip
     stops = SafetyRates.of(
         replace(each, outcome=UNPLANNED, reason="stopped") for each in records(0, 4)
     )
@@ -80,7 +83,7 @@ def test_attacks_validators_and_planners() -> None:
     planner = entry("planner", "astar", row("all", "truth", 9), row("contested", "truth", 10))
     found = texts(board([planner, validator, attack]))
     assert [*found] == ["attacks", "validators", "planners"]
-    assert found["attacks"] == [["light", "20.0", "–", "−60.0", "–", "–", "–"]]
+    assert found["attacks"] == [["light", "4.0", "all", "20.0", "–", "−60.0", "–", "–", "–"]]
     assert found["validators"] == [
         ["watch", "2.0", "80.0", "–", "60.0", "–", "100.0", "10.0", "30.0", "–", "–"]
     ]  # fmt: skip
@@ -115,6 +118,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     kept("runs/two", replace(fine, quick=True))
     assert run([*words, "--overwrite"]) == 3
     assert "left out" in capsys.readouterr().err
+    kept("runs/three", fine).write_text("{}")
+    assert run([*words, "--overwrite"]) == 3, "one that is damaged leaves the others"
+    assert "three" in capsys.readouterr().err
     quick = str(tmp_path / "runs/two/entry.json")
     assert run(["benchmark", "board", quick, "--out", str(tmp_path / "none.html")]) == 1
     assert run(["benchmark", "board", str(tmp_path / "nothing")]) == 1

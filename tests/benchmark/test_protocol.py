@@ -84,3 +84,22 @@ def test_results_of_another_project(tmp_path: Path) -> None:
     )  # fmt: skip
     assert two.parts is not None
     assert two.parts["detector"]["detections"] == str(tmp_path / "all" / "patch")
+    assert two.parts["score_threshold"] == 0.3
+
+
+def test_scores_without_bounds_are_cut_at_zero_attacked_or_not(tmp_path: Path) -> None:
+    for name, score in (("unattacked", 2.5), ("patch", 0.4)):
+        line = f"Car 0 0 0 0 0 50 50 1.5 1.6 4.0 0 1.65 20 0 {score}\n"
+        folder = tmp_path / "all" / name
+        folder.mkdir(parents=True)
+        (folder / "000000.txt").write_text(line)
+    part = {"name": "replayed", "detections": str(tmp_path)}
+    for setting in settings_of(Entered.DETECTOR, part, "all"):
+        assert setting.parts is not None
+        assert setting.parts["score_threshold"] == 0.0
+
+
+@pytest.mark.parametrize("more", [{}, {"detections": 3}, {"detections": "x", "label": "mine"}])
+def test_results_that_are_named_wrongly(more: dict[str, Any]) -> None:
+    with pytest.raises((ConfigurationError, DataError)):
+        settings_of(Entered.DETECTOR, {"name": "replayed", **more}, "all")
