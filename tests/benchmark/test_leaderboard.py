@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.benchmark.entry import Entry, EntryRow, Precision
+from avsec_gym.benchmark.entry import Entry, EntryRow, Precision, entered, read_entry
 from avsec_gym.benchmark.leaderboard import board, left_out
 from avsec_gym.benchmark.protocol import Entered
+from avsec_gym.benchmark.scene_sets import frozen_sets
 from avsec_gym.cli import run
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
@@ -124,3 +125,27 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     quick = str(tmp_path / "runs/two/entry.json")
     assert run(["benchmark", "board", quick, "--out", str(tmp_path / "none.html")]) == 1
     assert run(["benchmark", "board", str(tmp_path / "nothing")]) == 1
+
+
+KEPT = sorted((Path(__file__).parents[2] / "leaderboard").glob("*/entry.json"))
+
+
+@pytest.mark.parametrize("path", KEPT, ids=lambda path: path.parent.name)
+def test_entries_of_the_repository_are_of_todays_benchmark(path: Path) -> None:
+    kept = read_entry(path)
+    assert left_out(kept) == ""
+    frozen = frozen_sets()
+    assert {row.scenes: row.digest for row in kept.scenes} == {
+        name: one.digest for name, one in frozen.items()
+    }
+    assert "/" not in kept.made_by["platform"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", KEPT, ids=lambda path: path.parent.name)
+def test_entries_of_the_repository_are_made_again(path: Path, tmp_path: Path) -> None:
+    kept = read_entry(path)
+    if kept.kind.sees:
+        pytest.skip("takes half an hour")
+    made = entered(kept.kind, kept.part, tmp_path, workers=0)
+    assert made.to_json()["rows"] == kept.to_json()["rows"]
