@@ -15,7 +15,7 @@ from avsec_gym.kernels import kernel
 from avsec_gym.validation.connected.rays.observer import Observer
 from avsec_gym.validation.connected.rays.range_image import RangeImage, cells_between
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.validation.connected.sweep import to_scan_time
+from avsec_gym.validation.connected.sweep import TIP, to_scan_time
 
 VOXEL = 0.2
 """Edge of the voxels, metres."""
@@ -162,9 +162,14 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
             continue
         half = np.pi if away <= radius + 0.5 else float(np.arcsin(radius / away))
         azimuth = float(np.arctan2(middle[1], middle[0]))
+        # And how far rays come that end in it.
+        up = middle[2] + grown.size[index, 2] / 2 - TIP
+        deep = float(np.hypot(radius, grown.size[index, 2] / 2)) + _ROUNDING
+        distance = float(np.hypot(away, up))
         voxel = _returns_in_box(
             observer.image,
             cells_between(observer.image, azimuth - half, azimuth + half),
+            (distance - deep, distance + deep),
             observer.pose,
             observer.motion,
             observer.scan.time,
@@ -194,12 +199,15 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
 
 _FARTHEST = 80.0
 """Metres beyond which a vehicle claims nothing."""
+_ROUNDING = 0.01
+"""Metres by which distances may differ that are computed in single precision."""
 
 
 @kernel(nogil=True)
 def _returns_in_box(
     image: RangeImage,
     cells: NDArray[np.int64],
+    distances: tuple[float, float],
     pose: Floats,
     motion: tuple[float, float, float],
     scan_time: float,
@@ -214,6 +222,7 @@ def _returns_in_box(
     Args:
         image: The vehicle's rays.
         cells: First and last cell of runs of cells, shape (R, 2).
+        distances: Rays that come less far, or farther, do not end in the box, metres.
         pose: The transform from the velodyne frame to the world, shape (4, 4).
         motion: Speed, turn rate, period.
         scan_time: Time of the scan after the instant.
@@ -225,6 +234,7 @@ def _returns_in_box(
     """
     speed, turn_rate, period = motion
     cos, sin = np.cos(heading), np.sin(heading)
+    nearest, farthest = distances
     most = 0
     for run in range(len(cells)):
         most += image.start[cells[run, 1]] - image.start[cells[run, 0]]
@@ -232,6 +242,8 @@ def _returns_in_box(
     count = 0
     for run in range(len(cells)):
         for i in range(image.start[cells[run, 0]], image.start[cells[run, 1]]):
+            if not nearest < image.distance[i] < farthest:
+                continue
             # The end of the ray, when it was sent; at the scan's time; in the
             # world at the instant; in the box.
             time = image.azimuth[i] * period / (2.0 * np.pi)

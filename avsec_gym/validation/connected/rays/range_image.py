@@ -118,10 +118,28 @@ def cells_around(
 
 
 @kernel(nogil=True)
-def first_and_last(image: RangeImage, row: int, column: int) -> tuple[int, int]:
-    """The rays of a cell: index of the first, and that after the last."""
-    cell = row * _COLUMNS + column % _COLUMNS
-    return image.start[cell], image.start[cell + 1]
+def run_of_rays(
+    image: RangeImage, row: int, from_column: int, to_column: int, run: int
+) -> tuple[int, int]:
+    """The rays of neighbouring cells of a row lie in one run, or in two across the seam behind.
+
+    Args:
+        image: The rays.
+        row: The row.
+        from_column: First column, as of `cells_around`.
+        to_column: Column after the last, at most a full turn on.
+        run: 0 or 1.
+
+    Returns:
+        Index of the run's first ray, and that after its last.
+    """
+    begin = from_column % _COLUMNS
+    end = begin + to_column - from_column
+    if run == 0:
+        end = min(end, _COLUMNS)
+    else:
+        begin, end = 0, max(end - _COLUMNS, 0)
+    return image.start[row * _COLUMNS + begin], image.start[row * _COLUMNS + end]
 
 
 @kernel(nogil=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from avsec_gym.validation.connected.rays.range_image import (
     RangeImage,
     angles_between,
     cells_around,
-    first_and_last,
+    run_of_rays,
 )
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.sweep import (
@@ -95,6 +96,71 @@ class WitnessMargins:
         return np.asarray(np.hypot(self.position_noise, self.heading_noise * distance))
 
 
+_ROUNDING = 0.01
+"""Metres by which distances may differ that are computed in single precision."""
+
+
+class _Look(NamedTuple):
+    """A witness and C claims of V voxels, as kernels take them."""
+
+    image: RangeImage
+    pose: Floats
+    """From the witness' velodyne frame to the world, shape (4, 4)."""
+    to_sensor: Floats
+    """Its inverse."""
+    motion: tuple[float, float, float]
+    """The witness' speed, turn rate, and the period of its head."""
+    places: Floats
+    """The voxels in the world, shape (V, 3)..."""
+    voxels: NDArray[np.int64]
+    """... and how many belong to each claim, shape (C,)."""
+    age: Floats
+    """Seconds from each claim to the witness' scan, shape (C,)."""
+    centre: Floats
+    """Bottom centre of the box that rays must end in, in the world, shape (C, 3)."""
+    heading: Floats
+    """Its heading, shape (C,)."""
+    half: Floats
+    """Half of its length, width and height, shape (C, 3)."""
+    around: Floats
+    """How far from a voxel rays are looked at, to the sides, metres, shape (C,)."""
+    reach: float
+    least_around: float
+    beyond: float
+    below: float
+    farthest: float
+    resolved: float
+    """`WitnessMargins`."""
+
+
+def _look(
+    witness: Observer, claims: Claims, regions: Regions, margins: WitnessMargins, since: Floats
+) -> _Look:
+    """How long before the witness' scan: `since`, seconds after the instant, shape (C,)."""
+    chosen = regions[claims.region]
+    away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
+    apart = np.sqrt(2.0) * margins.apart(away)
+    return _Look(
+        witness.image,
+        witness.pose,
+        np.linalg.inv(witness.pose).astype(np.float64),
+        witness.motion,
+        claims.places(regions),
+        claims.count,
+        witness.scan.time - since,
+        chosen.centre,
+        chosen.heading,
+        chosen.size / 2 + margins.side,
+        margins.around + margins.around_sigmas * apart,
+        margins.reach,
+        margins.around,
+        margins.beyond,
+        margins.below,
+        margins.farthest,
+        margins.resolved,
+    )
+
+
 def outcomes(
     witness: Observer,
     claims: Claims,
@@ -115,37 +181,40 @@ def outcomes(
     Returns:
         `SUPPORT`, `THROUGH`, ... for each voxel, shape (V,).
     """
-    result = np.empty(len(claims.voxel), np.int8)
-    chosen = regions[claims.region]
-    away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
-    apart = np.sqrt(2.0) * margins.apart(away)
-    around = margins.around + margins.around_sigmas * apart
     since = claims.time
     if velocity is None:
         velocity, since = claims.velocity, np.zeros(len(claims))
-    _outcomes(
-        witness.image,
-        witness.pose,
-        np.linalg.inv(witness.pose),
-        witness.motion,
-        witness.scan.time,
-        claims.places(regions),
-        claims.of_voxels(),
-        velocity,
-        since,
-        (chosen.centre, chosen.heading, chosen.size / 2 + margins.side),
-        around,
-        (
-            margins.reach,
-            margins.around,
-            margins.beyond,
-            margins.below,
-            margins.farthest,
-            margins.resolved,
-        ),
-        result,
-    )
+    result = np.empty(len(claims.voxel), np.int8)
+    _outcomes(_look(witness, claims, regions, margins, since), velocity, result)
     return result
+
+
+def count_supported(
+    witness: Observer,
+    claims: Claims,
+    regions: Regions,
+    margins: WitnessMargins,
+    velocities: Floats,
+    needed: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """How many voxels of each claim a witness' rays support, had it moved at several velocities.
+
+    Args:
+        witness: The vehicle that looks.
+        claims: What another vehicle claims.
+        regions: The regions that all vehicles share.
+        margins: What may lie apart.
+        velocities: How fast what is claimed moves along the world's x and y, since the time of the
+            claim, m/s, shape (S, C, 2).
+        needed: Number below which it does not matter how many, shape (C,).
+
+    Returns:
+        Numbers of `SUPPORT`, shape (S, C); 0 for less than what is needed.
+    """
+    counts = np.zeros(velocities.shape[:2], np.int64)
+    look = _look(witness, claims, regions, margins, claims.time)
+    _count_supported(look, velocities, needed, counts)
+    return counts
 
 
 def count_outcomes(claims: Claims, outcome: NDArray[np.int8]) -> NDArray[np.int64]:
@@ -156,90 +225,134 @@ def count_outcomes(claims: Claims, outcome: NDArray[np.int8]) -> NDArray[np.int6
 
 
 @kernel(nogil=True)
-def _outcomes(
-    image: RangeImage,
-    pose: Floats,
-    to_sensor: Floats,
-    motion: tuple[float, float, float],
-    scan_time: float,
-    places: Floats,
-    of_voxel: NDArray[np.int64],
-    velocity: Floats,
-    since: Floats,
-    boxes: tuple[Floats, Floats, Floats],
-    around: Floats,
-    margins: tuple[float, float, float, float, float, float],
-    result: NDArray[np.int8],
+def _outcomes(look: _Look, velocity: Floats, result: NDArray[np.int8]) -> None:
+    """Fills in what the witness' rays find at each voxel, claim by claim."""
+    last = 0
+    for c in range(len(look.voxels)):
+        first, last = last, last + look.voxels[c]
+        for v in range(first, last):
+            result[v] = _outcome(look, v, c, velocity[c], False)
+
+
+@kernel(nogil=True)
+def _count_supported(
+    look: _Look, velocities: Floats, needed: NDArray[np.int64], counts: NDArray[np.int64]
 ) -> None:
-    """Fills in what the witness' rays find at each voxel: the best outcome of the rays around it.
+    """Fills in the numbers of voxels that rays support, and gives up where too few are left."""
+    for s in range(len(velocities)):
+        last = 0
+        for c in range(len(look.voxels)):
+            first, last = last, last + look.voxels[c]
+            supported = 0
+            for v in range(first, last):
+                if supported + last - v < needed[c]:
+                    break
+                supported += _outcome(look, v, c, velocities[s, c], True) == SUPPORT
+            counts[s, c] = supported if supported >= needed[c] else 0
+
+
+@kernel(nogil=True)
+def _outcome(look: _Look, v: int, c: int, velocity: Floats, only_support: bool) -> int:
+    """The best outcome of the rays around voxel `v` of claim `c`.
 
     `SUPPORT` of one ray decides; else `OCCLUDED` by one, then `NEAR`, then `THROUGH` by all, unless
-    rays a little lower end in the box: then it is `NEAR`, too.
+    rays a little lower end in the box: then it is `NEAR`, too.  With `only_support` nothing else is
+    looked for.
     """
-    centre, heading, half = boxes
-    reach, least_around, beyond, below, farthest, resolved = margins
-    for v in range(len(places)):
-        c = of_voxel[v]
-        x, y, z, drift_x, drift_y = _when_faced(
-            to_sensor, motion, scan_time - since[c], places[v], velocity[c]
-        )
-        # The ray in its direction.
-        flat = np.sqrt(x * x + y * y)
-        azimuth, elevation = np.arctan2(y, x), np.arctan2(z - TIP, flat)
-        seen = image.lowest + reach < elevation < image.highest - reach
-        if not seen or flat > resolved:
-            result[v] = OUTSIDE
-            continue
-        claimed = np.sqrt(flat * flat + (z - TIP) ** 2)
-        across = min(max(reach, around[c] / claimed), 0.1)
-        rise = min(max(reach, least_around / claimed), 0.1)
-        rows_from, rows_to, from_column, to_column = cells_around(azimuth, elevation, across, rise)
-        # The rays around it: one that ends in the box supports it, and one that ends before it
-        # leaves the decision to the others.
-        found = MISSING
-        cos, sin = np.cos(heading[c]), np.sin(heading[c])
-        east, north, up = drift_x + centre[c, 0], drift_y + centre[c, 1], centre[c, 2]
-        for row in range(rows_from, rows_to):
-            for column in range(from_column, to_column):
-                first, last = first_and_last(image, row, column)
-                for i in range(first, last):
-                    left, above = angles_between(image, i, azimuth, elevation)
-                    if (left / across) ** 2 + (above / rise) ** 2 > 1.0:
-                        continue
-                    if _ends_in_box(image, i, pose, motion, east, north, up, cos, sin, half[c]):
-                        found = SUPPORT
-                        break
-                    if image.distance[i] < claimed - beyond:
-                        found = OCCLUDED
-                    elif found in (MISSING, THROUGH):
-                        found = THROUGH if image.distance[i] > claimed + beyond else NEAR
-                if found == SUPPORT:
-                    break
-            if found == SUPPORT:
-                break
-        # Rays over the top of a thing that the witness sees, too, pass through nothing.
-        lower = min(below / claimed, 0.5) if found == THROUGH else 0.0
-        middle = elevation - 0.5 * lower
-        rows_from, rows_to, from_column, to_column = cells_around(
-            azimuth, middle, across, 0.5 * lower
-        )
-        for row in range(rows_from, rows_to if lower > 0.0 else rows_from):
-            for column in range(from_column, to_column):
-                first, last = first_and_last(image, row, column)
-                for i in range(first, last):
-                    left, above = angles_between(image, i, azimuth, middle)
-                    if (
-                        abs(left) <= across
-                        and abs(above) <= 0.5 * lower
-                        and _ends_in_box(image, i, pose, motion, east, north, up, cos, sin, half[c])
-                    ):
-                        found = NEAR
-                        break
-                if found == NEAR:
-                    break
-            if found == NEAR:
-                break
-        result[v] = OUTSIDE if found == MISSING and claimed > farthest else found
+    image, motion, half = look.image, look.motion, look.half[c]
+    # The ray in its direction.
+    x, y, z, later, time, doubt = _when_faced(
+        look.to_sensor, motion, look.age[c], look.places[v], velocity
+    )
+    flat = np.sqrt(x * x + y * y)
+    azimuth, elevation = np.arctan2(y, x), np.arctan2(z - TIP, flat)
+    seen = image.lowest + look.reach < elevation < image.highest - look.reach
+    if not seen or flat > look.resolved:
+        return OUTSIDE
+    claimed = np.sqrt(flat * flat + (z - TIP) ** 2)
+    across = min(max(look.reach, look.around[c] / claimed), 0.1)
+    rise = min(max(look.reach, look.least_around / claimed), 0.1)
+    # The box as it stands then, and how far rays may come that end in it.  Azimuths lie up to twice
+    # as far apart as directions; where the head's turn ends, neighbours are a whole turn apart.
+    box = (
+        later * velocity[0] + look.centre[c, 0],
+        later * velocity[1] + look.centre[c, 1],
+        look.centre[c, 2],
+        np.cos(look.heading[c]),
+        np.sin(look.heading[c]),
+    )
+    aside = 2.0 * across
+    doubt += motion[2] * (aside / (2.0 * np.pi) if abs(azimuth) + aside < np.pi else 1.0)
+    nearest, deepest = _distances_of_box(look.to_sensor, motion, time, doubt, box, half)
+    # The rays around it: one that ends in the box supports it, and one that ends before it
+    # leaves the decision to the others.
+    found = MISSING
+    from_row, to_row, from_column, to_column = cells_around(azimuth, elevation, across, rise)
+    for row in range(from_row, to_row):
+        for run in range(2):
+            begin, end = run_of_rays(image, row, from_column, to_column, run)
+            for i in range(begin, end):
+                distance = image.distance[i]
+                in_box = nearest < distance < deepest
+                if only_support and not in_box:
+                    continue
+                left, above = angles_between(image, i, azimuth, elevation)
+                if (left / across) ** 2 + (above / rise) ** 2 > 1.0:
+                    continue
+                if in_box and _ends_in_box(image, i, look.pose, motion, box, half):
+                    return SUPPORT
+                if distance < claimed - look.beyond:
+                    found = OCCLUDED
+                elif found in (MISSING, THROUGH):
+                    found = THROUGH if distance > claimed + look.beyond else NEAR
+    if found == MISSING and claimed > look.farthest:
+        return OUTSIDE
+    if only_support or found != THROUGH or look.below <= 0.0:
+        return found
+    # Rays over the top of a thing that the witness sees, too, pass through nothing.
+    lower = 0.5 * min(look.below / claimed, 0.5)
+    middle = elevation - lower
+    from_row, to_row, from_column, to_column = cells_around(azimuth, middle, across, lower)
+    for row in range(from_row, to_row):
+        for run in range(2):
+            begin, end = run_of_rays(image, row, from_column, to_column, run)
+            for i in range(begin, end):
+                if not nearest < image.distance[i] < deepest:
+                    continue
+                left, above = angles_between(image, i, azimuth, middle)
+                if abs(left) > across or abs(above) > lower:
+                    continue
+                if _ends_in_box(image, i, look.pose, motion, box, half):
+                    return NEAR
+    return THROUGH
+
+
+@kernel(nogil=True)
+def _distances_of_box(
+    to_sensor: Floats,
+    motion: tuple[float, float, float],
+    time: float,
+    doubt: float,
+    box: tuple[float, float, float, float, float],
+    half: Floats,
+) -> tuple[float, float]:
+    """Between which distances from where rays leave they can end in a box: a sphere around it.
+
+    Args:
+        to_sensor: The transform from the world to the witness' velodyne frame, shape (4, 4).
+        motion: The witness' speed, turn rate, and the period of its head.
+        time: When the head faces the box, seconds after the scan's time.
+        doubt: By how much the times of the rays may differ from it, seconds.
+        box: As of `_ends_in_box`.
+        half: Half of the box's length, width, height, shape (3,).
+    """
+    speed, turn_rate, _ = motion
+    x, y, z = to_world(to_sensor, box[0], box[1], box[2] + half[2])
+    x, y = from_scan_time(x, y, time, speed, turn_rate)
+    away = np.sqrt(x * x + y * y + (z - TIP) ** 2)
+    radius = np.sqrt(half[0] ** 2 + half[1] ** 2 + half[2] ** 2)
+    radius += doubt * (abs(speed) + abs(turn_rate) * (away + radius)) + _ROUNDING
+    return away - radius, away + radius
 
 
 @kernel(nogil=True)
@@ -248,11 +361,7 @@ def _ends_in_box(
     ray: int,
     pose: Floats,
     motion: tuple[float, float, float],
-    east: float,
-    north: float,
-    up: float,
-    cos: float,
-    sin: float,
+    box: tuple[float, float, float, float, float],
     half: Floats,
 ) -> bool:
     """Whether a ray ends in an upright box, above what may be the ground.
@@ -262,14 +371,12 @@ def _ends_in_box(
         ray: Index of the ray.
         pose: The transform from the witness' velodyne frame to the world, shape (4, 4).
         motion: The witness' speed, turn rate, and the period of its head.
-        east: The world's x of the bottom's middle when the ray was sent.
-        north: Likewise y.
-        up: Likewise z.
-        cos: Cosine of the box's heading.
-        sin: Sine of the box's heading.
+        box: The world's x, y and z of the bottom's middle when the ray was sent, cosine and sine of
+            the heading.
         half: Half of the box's length, width, height, shape (3,).
     """
     speed, turn_rate, period = motion
+    east, north, up, cos, sin = box
     when = image.azimuth[ray] * period / (2.0 * np.pi)
     a, b = to_scan_time(image.end[ray, 0], image.end[ray, 1], when, speed, turn_rate)
     x, y, z = to_world(pose, a, b, image.end[ray, 2])
@@ -285,8 +392,8 @@ def _when_faced(
     age: float,
     place: Floats,
     velocity: Floats,
-) -> tuple[float, float, float, float, float]:
-    """Where a moving voxel is when the witness' head faces it, and how far it has moved until then.
+) -> tuple[float, float, float, float, float, float]:
+    """Where a moving voxel is when the witness' head faces it, and when that is.
 
     Args:
         to_sensor: The transform from the world to the witness' velodyne frame, shape (4, 4).
@@ -296,22 +403,22 @@ def _when_faced(
         velocity: The velocity of what is claimed along the world's x and y, shape (2,).
 
     Returns:
-        x, y and z in the sensor's frame of the time when the head faces it; the drift along the
-        world's x and y since the claim.
+        x, y and z in the sensor's frame of the time when the head faces it; how long after the
+        claim it is there, seconds; the frame's time after the scan's; by how much that may be off.
     """
     speed, turn_rate, period = motion
-    time, drift_x, drift_y = 0.0, 0.0, 0.0
-    x, y, z = 0.0, 0.0, 0.0
+    x, y, z, later, time, faced = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     # When it is faced depends on where it is then: once by its place at the scan's time, once
     # more by what follows.
     for _ in range(2):
-        later = age + time
-        drift_x, drift_y = later * velocity[0], later * velocity[1]
-        x, y, z = to_world(to_sensor, place[0] + drift_x, place[1] + drift_y, place[2])
+        later = age + faced
+        x, y, z = to_world(
+            to_sensor, place[0] + later * velocity[0], place[1] + later * velocity[1], place[2]
+        )
         time = ray_time(x, y, period)
         x, y = from_scan_time(x, y, time, speed, turn_rate)
-        time = ray_time(x, y, period)
-    return x, y, z, drift_x, drift_y
+        faced = ray_time(x, y, period)
+    return x, y, z, later, time, abs(faced - time)
 
 
 @kernel(nogil=True)

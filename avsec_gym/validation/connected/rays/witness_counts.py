@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from avsec_gym.validation.connected.rays.witness import (
     SUPPORT,
     THROUGH,
     WitnessMargins,
+    count_supported,
     outcomes,
 )
 from avsec_gym.validation.connected.regions import Regions
@@ -116,22 +117,25 @@ def _moved_along(
 
     Yields:
         How far each thing moved along the world's x and y, metres, shape (C, 2), and supporting,
-        passing and missing rays, shape (C, 3).
+        passing and missing rays, shape (C, 3), all 0 where not half as many support as met the
+        claim before.
     """
     between = _time_between(witness, claims, regions)
     steps = int(np.ceil(margins.fastest * np.abs(between).max() / _SHIFT))
     axis = regions.heading[claims.region] + turned
     ahead = np.stack([np.cos(axis), np.sin(axis)], axis=1)
-    # Lower rays take long, and matter only where enough rays support.
-    quick, enough = replace(margins, below=0.0), np.maximum(before[:, :2].sum(axis=1), 1)
-    for share in np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps):
-        velocity = share * margins.fastest * ahead
-        moved = _three_counts(claims, outcomes(witness, claims, regions, quick, velocity))
-        rows = np.flatnonzero((2 * moved[:, 0] >= enough) & (moved[:, 1] > 0))
+    shares = np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps)
+    velocities = margins.fastest * shares[:, None, None] * ahead
+    enough = np.maximum(before[:, :2].sum(axis=1), 1)
+    supported = count_supported(witness, claims, regions, margins, velocities, (enough + 1) // 2)
+    for velocity, several in zip(velocities, supported, strict=True):
+        rows = np.flatnonzero(several)
+        moved = np.zeros((len(claims), 3), np.int64)
         if len(rows):
             some = claims[rows]
-            outcome = outcomes(witness, some, regions, margins, velocity[rows])
-            moved[rows] = _three_counts(some, outcome)
+            moved[rows] = _three_counts(
+                some, outcomes(witness, some, regions, margins, velocity[rows])
+            )
         yield velocity * between[:, None], moved
 
 

@@ -5,11 +5,13 @@ import pytest
 
 from avsec_gym.validation.connected.rays.claims import (
     CLEARANCE,
+    MARGIN,
     MOST_CLAIMS,
     MOST_VOXELS,
     MOST_VOXELS_OF_ONE,
     VOXEL,
     claim,
+    grid_shapes,
 )
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.regions import Regions
@@ -88,3 +90,30 @@ def test_a_vehicle_among_regions_without_end_claims_no_more_than_fits() -> None:
     assert len(claims.voxel) <= MOST_VOXELS
     assert claims.count.max() <= MOST_VOXELS_OF_ONE
     assert (np.diff(claims.region) > 0).all()
+
+
+@pytest.mark.parametrize("heading", [0.5, 2.9])
+@pytest.mark.parametrize("velocity", [(0.0, 0.0), (25.0, -8.0)])
+def test_no_ray_that_ends_in_a_region_is_passed_over(
+    heading: float, velocity: tuple[float, float]
+) -> None:
+    sweep = RollingSweep(30.0, 0.6, 0.1)
+    post: Box = (11.5, 12.5, -0.5, 0.5, 0.0, 1.2)
+    scan = scan_of([post], pose_at(20.0, 4.0, heading), time=0.0, sweep=sweep, velocity=velocity)
+    region = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[1.4, 1.2, 1.0]]), np.array([0.2]))
+    # All points, where they were at the instant, in the region's grown box.
+    places, after = sweep.compensated(scan.points)
+    places = places @ scan.pose[:3, :3].T + scan.pose[:3, 3]
+    places[:, :2] -= (scan.time + after)[:, None] * velocity
+    away = places - region.centre[0]
+    along = np.cos(0.2) * away[:, 0] + np.sin(0.2) * away[:, 1]
+    across = np.cos(0.2) * away[:, 1] - np.sin(0.2) * away[:, 0]
+    sides = region.size[0] + [2 * MARGIN, 2 * MARGIN, MARGIN]
+    inside = (np.abs(along) < sides[0] / 2) & (np.abs(across) < sides[1] / 2)
+    inside &= (away[:, 2] > CLEARANCE) & (away[:, 2] < sides[2])
+    index = np.c_[along + sides[0] / 2, across + sides[1] / 2, away[:, 2]][inside] // VOXEL
+    shape = grid_shapes(sides[None])[0]
+    voxels = np.unique(index.astype(int) @ [shape[1] * shape[2], shape[2], 1])
+    claims = claim(observe(scan, sweep), region, np.array([velocity]))
+    assert MOST_VOXELS_OF_ONE >= len(voxels) > 5
+    assert len(set(claims.voxel) ^ set(voxels)) <= 2  # at the border of two voxels

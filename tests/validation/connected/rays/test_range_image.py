@@ -10,8 +10,8 @@ from avsec_gym.validation.connected.rays.range_image import (
     angles_between,
     cells_around,
     cells_between,
-    first_and_last,
     range_image,
+    run_of_rays,
 )
 from avsec_gym.validation.connected.sweep import TIP
 
@@ -36,8 +36,8 @@ def _near(image: RangeImage, azimuth: float, elevation: float, reach: float) -> 
     low, high, right, left = cells_around(azimuth, elevation, reach, reach)
     found = set()
     for row in range(low, high):
-        for column in range(right, left):
-            for ray in range(*first_and_last(image, row, column)):
+        for run in range(2):
+            for ray in range(*run_of_rays(image, row, right, left, run)):
                 if np.hypot(*angles_between(image, ray, azimuth, elevation)) < reach:
                     found.add(ray)
     return found
