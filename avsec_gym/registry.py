@@ -36,6 +36,7 @@ class Kind(StrEnum):
     IMAGE_DETECTOR = "image_detector"
     DRIVE_ATTACK = "drive_attack"
     CONNECTED_ATTACK = "connected_attack"
+    DEFENCE = "defence"
 
     @property
     def words(self) -> str:
@@ -84,8 +85,22 @@ _BUILT_IN = {
         {},
     ),
     (Kind.DETECTOR, "attacked"): ("avsec_gym.attacks.attacked_detector:AttackedDetector", {}),
+    (Kind.DETECTOR, "defended"): (
+        "avsec_gym.perception.defences.defended_detector:defended_detector",
+        {},
+    ),
     (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
     (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
+    (Kind.DEFENCE, "jpeg"): ("avsec_gym.perception.defences.jpeg:JpegCompression", {}),
+    (Kind.DEFENCE, "bit_depth"): ("avsec_gym.perception.defences.bit_depth:BitDepth", {}),
+    (Kind.DEFENCE, "median_filter"): (
+        "avsec_gym.perception.defences.median_filter:MedianFilter",
+        {},
+    ),
+    (Kind.DEFENCE, "gaussian_noise"): (
+        "avsec_gym.perception.defences.gaussian_noise:GaussianNoise",
+        {},
+    ),
     (Kind.CLASSIFIER, "small"): (
         "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
         {},
@@ -151,6 +166,7 @@ _METHODS = {
     Kind.IMAGE_DETECTOR: "detect",
     Kind.DRIVE_ATTACK: "act",
     Kind.CONNECTED_ATTACK: "attack",
+    Kind.DEFENCE: "defend",
 }
 """What an object of each kind can do."""
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}

@@ -31,6 +31,7 @@ SCAN = ObjectScan(
 )
 USUAL: dict[str, dict[str, Any]] = {
     "detector attacked": {"detector": "oracle", "attack": "facula"},
+    "detector defended": {"detector": "oracle", "defence": "jpeg"},
     "detector replayed": {"detections": Path(__file__).parent},
     "detector single_image": {"detector": "yolo"},
     "attack patch": {"patch": "grey"},

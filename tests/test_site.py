@@ -38,6 +38,7 @@ NEED = {
     "closed_loop": "a minute of drives; KITTI's recordings",
     "connected": "a set of `avsec world make --suite connected`",
     "data": "KITTI's data, OPV2V's",
+    "defences": "the default suite, which takes minutes to make",
     "detectors": "the default suite, which takes minutes to make",
     "from_art": "the default suite, and ART",
     "from_openpcdet": "a folder of result files",

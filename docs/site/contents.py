@@ -26,6 +26,7 @@ CONTENTS = {
         "detectors",
         "classifiers",
         "average_precision",
+        "defences",
         "validation",
         "connected",
         "closed_loop",
