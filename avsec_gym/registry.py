@@ -118,6 +118,7 @@ _BUILT_IN = {
     (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
     (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
+    (Kind.ATTACK, "art"): ("avsec_gym.attacks.toolbox_attack:ToolboxAttack", {}),
     (Kind.ATTACK, "transferred"): ("avsec_gym.attacks.transferred:TransferredAttack", {}),
     (Kind.VALIDATOR, "thresholds"): (
         "avsec_gym.validation.threshold_validator:ThresholdValidator",

@@ -1,19 +1,19 @@
-"""Stereo detectors for the Adversarial Robustness Toolbox (ART), and its attacks for us.
+"""Stereo detectors for the Adversarial Robustness Toolbox (ART).
 
 ART knows one image as the input and classes as the output.  Here one image is a stereo pair, six
 channels deep (left red, green, blue, then right), and a target is the boxes that are really there.
 Every ART attack that climbs a loss gradient can run: `FastGradientMethod`, `BasicIterativeMethod`,
 `MomentumIterativeMethod`, `ProjectedGradientDescent`, in any norm; and `SquareAttack`, which only
-asks for the loss (its `p_init` must be less than H / W).  Attacks that ask for a classifier, such
+asks for the loss (its `p_init` must be less than H / W).  `ToolboxAttack` is any of them as one of
+ours.  Attacks that ask for a classifier, such
 as `AutoProjectedGradientDescent`, cannot; ART's patches would lie at one place in both views.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from avsec_gym.attacks.attack import LEFT, RIGHT, Budget, Seed, Victim, with_pair
+from avsec_gym.attacks.attack import LEFT, RIGHT, with_pair
 from avsec_gym.attacks.loss_gradient import differentiable, loss_gradient, total_loss
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
@@ -35,7 +35,6 @@ try:
     # At its first import ART writes its settings into the home folder, not all at once: another
     # process that imports it meanwhile would read half of them, and fail.
     with folder_lock(_HOME, wait=True, what="ART") if _HOME.is_dir() else nullcontext():
-        from art.attacks import evasion
         from art.estimators import BaseEstimator, LossGradientsMixin, NeuralNetworkMixin
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(
@@ -154,62 +153,3 @@ def targets(truths: Sequence[Boxes3D]) -> NDArray[np.object_]:
     for i, boxes in enumerate(truths):
         result[i] = boxes
     return result
-
-
-@dataclass(frozen=True, eq=False)
-class ToolboxAttack:
-    """An attack of ART as one of ours.
-
-    Args:
-        method: A class of `art.attacks.evasion`, such as ``BasicIterativeMethod``.
-        epsilon: The method's `eps`, grey levels; in any norm no channel of a pixel changes by more.
-        arguments: The method's other arguments.
-        name: Name of the attack in results.
-    """
-
-    method: str
-    epsilon: float = 4.0
-    arguments: Mapping[str, Any] = field(default_factory=dict)
-    name: str = "toolbox"
-
-    @property
-    def budget(self) -> Budget:
-        """Epsilon."""
-        return Budget(self.epsilon)
-
-    def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
-        """The frame that ART makes; see `Attack.attack`.
-
-        Raises:
-            ConfigurationError: ART has no such attack, or it takes other arguments or victims.
-        """
-        estimator = StereoDetectorEstimator(victim.detector, frame, victim.disparity)
-        with _seeded(seed):
-            attacked = self._made(estimator).generate(packed([frame]), targets([victim.truth]))
-        return unpacked(attacked[0], frame)
-
-    def _made(self, estimator: StereoDetectorEstimator) -> Any:
-        kind = getattr(evasion, self.method, None)
-        if kind is None:
-            raise ConfigurationError(f"ART has no attack named {self.method!r}")
-        if not kind.is_estimator_valid(estimator, kind._estimator_requirements):
-            raise ConfigurationError(
-                f"ART's {self.method} asks for more than a loss and its gradient, such as classes; "
-                "BasicIterativeMethod, for one, does not"
-            )
-        quiet = {"verbose": False} if "verbose" in kind.attack_params else {}
-        try:
-            return kind(estimator, eps=self.epsilon, **(quiet | dict(self.arguments)))
-        except (TypeError, ValueError) as error:
-            raise ConfigurationError(f"ART's {self.method} cannot be made: {error}") from error
-
-
-@contextmanager
-def _seeded(seed: Seed) -> Iterator[None]:
-    """ART draws from NumPy's global generator, which others find afterwards as they left it."""
-    before = np.random.get_state()  # noqa: NPY002
-    np.random.seed(np.random.SeedSequence(seed).generate_state(4))  # noqa: NPY002
-    try:
-        yield
-    finally:
-        np.random.set_state(before)  # noqa: NPY002

@@ -25,6 +25,7 @@ from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
 from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+from avsec_gym.registry import make
 
 pytest.importorskip("avsec_gym.attacks.art_estimator")  # First: it guards ART's first import.
 
@@ -32,11 +33,11 @@ from art.attacks import evasion
 
 from avsec_gym.attacks.art_estimator import (
     StereoDetectorEstimator,
-    ToolboxAttack,
     packed,
     targets,
     unpacked,
 )
+from avsec_gym.attacks.toolbox_attack import ToolboxAttack
 
 CARS = Boxes3D(
     [[-3.0, 1.6, 10], [3, 1.65, 14]],
@@ -214,11 +215,15 @@ def test_seeds_hold_and_numpys_own_generator_stays() -> None:
 def test_what_cannot_run_says_so() -> None:
     frame, victim = frame_of(), Victim(Waves(), CARS)
     with pytest.raises(ConfigurationError, match="Strongest"):
-        ToolboxAttack("StrongestAttack").attack(frame, victim)
+        ToolboxAttack("StrongestAttack")
     with pytest.raises(ConfigurationError, match="asks for more than a loss"):
-        ToolboxAttack("AutoProjectedGradientDescent").attack(frame, victim)
+        ToolboxAttack("AutoProjectedGradientDescent")
     with pytest.raises(ConfigurationError, match="strength"):
-        ToolboxAttack("FastGradientMethod", 4.0, {"strength": 3}).attack(frame, victim)
+        ToolboxAttack("FastGradientMethod", 4.0, {"strength": 3})
+    with pytest.raises(ConfigurationError, match='Did you mean "max_iter"'):
+        make("attack", {"name": "art", "arguments": {"max_itr": 3}})
+    with pytest.raises(ConfigurationError, match="cannot be made"):
+        ToolboxAttack("BasicIterativeMethod", arguments={"max_iter": -1}).attack(frame, victim)
     with pytest.raises(ConfigurationError, match="no `losses`"):
         StereoDetectorEstimator(Oracle(), frame)
     estimator = StereoDetectorEstimator(Waves(), frame)
@@ -243,7 +248,10 @@ def test_processes_with_a_new_home_may_import_it_at_once(tmp_path: Path) -> None
 
 
 def test_without_the_toolbox_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "art.attacks", None)
+    monkeypatch.setitem(sys.modules, "art.estimators", None)
     monkeypatch.delitem(sys.modules, "avsec_gym.attacks.art_estimator")
+    monkeypatch.delattr("avsec_gym.attacks.art_estimator")
     with pytest.raises(ModuleNotFoundError, match=r"avsec-gym\[adversarial\]"):
         importlib.import_module("avsec_gym.attacks.art_estimator")
+    with pytest.raises(ConfigurationError, match=r"avsec-gym\[adversarial\]"):
+        ToolboxAttack()
