@@ -8,168 +8,35 @@ a name, a dictionary of a name and its arguments, or the object itself.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from enum import StrEnum
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module, metadata
-from inspect import Parameter, signature
 from typing import Any
 
 from avsec_gym.argument_checks import shown
+from avsec_gym.built_in_parts import AMBIGUOUS_ATTACKS, BUILT_IN, METHODS, Kind
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.factory_arguments import check_arguments, named_parameters
 from avsec_gym.suggestions import unknown_name
+
+__all__ = [
+    "GROUP",
+    "Kind",
+    "adopt",
+    "check",
+    "kind_of",
+    "made_part",
+    "make",
+    "names",
+    "refuse",
+    "register",
+    "registered_by_hand",
+]
 
 _LOG = logging.getLogger(__name__)
 GROUP = "avsec_gym.plugins"
 """Entry points by which packages add parts."""
 
 
-class Kind(StrEnum):
-    """What can be registered."""
-
-    DETECTOR = "detector"
-    ATTACK = "attack"
-    CLASSIFIER = "classifier"
-    SELECTOR = "selector"
-    PLANNER = "planner"
-    VALIDATOR = "validator"
-    OPTICAL_ATTACK = "optical_attack"
-    IMAGE_DETECTOR = "image_detector"
-    DRIVE_ATTACK = "drive_attack"
-    CONNECTED_ATTACK = "connected_attack"
-    DEFENCE = "defence"
-
-    @property
-    def words(self) -> str:
-        """It with its article, for a sentence: ``an optical attack``."""
-        boxes = {"detector": "a detector of 3D boxes", "image_detector": "a detector of 2D boxes"}
-        article = "an" if self[0] in "aeiou" else "a"
-        return boxes.get(self, f"{article} {self.replace('_', ' ')}")
-
-
-_BUILT_IN = {
-    (Kind.PLANNER, "astar"): ("avsec_gym.planners.planner:MotionPrimitivePlanner", {}),
-    (Kind.PLANNER, "gbfs"): (
-        "avsec_gym.planners.planner:MotionPrimitivePlanner",
-        {"algorithm": "gbfs"},
-    ),
-    (Kind.DETECTOR, "dsgn"): (
-        "avsec_gym.perception.detectors.dsgn.detector:DsgnDetector",
-        {"weights": "shipped"},
-    ),
-    (Kind.DETECTOR, "stereo_rcnn"): (
-        "avsec_gym.perception.detectors.stereo_rcnn.detector:StereoRcnnDetector",
-        {"weights": "shipped"},
-    ),
-    (Kind.DETECTOR, "pixor"): (
-        "avsec_gym.perception.detectors.pixor.detector:PixorDetector",
-        {"weights": "shipped"},
-    ),
-    (Kind.DETECTOR, "pointrcnn"): (
-        "avsec_gym.perception.detectors.pointrcnn.detector:PointRcnnDetector",
-        {"weights": "shipped"},
-    ),
-    (Kind.DETECTOR, "scan_obstacles"): (
-        "avsec_gym.perception.detectors.scan_obstacles:ScanObstacles",
-        {},
-    ),
-    (Kind.IMAGE_DETECTOR, "faster_rcnn"): (
-        "avsec_gym.perception.detectors.faster_rcnn.detector:FasterRcnnDetector",
-        {"weights": "shipped"},
-    ),
-    (Kind.IMAGE_DETECTOR, "yolo"): (
-        "avsec_gym.perception.detectors.yolo.detector:YoloDetector",
-        {"weights": "shipped"},
-    ),
-    (Kind.DETECTOR, "single_image"): (
-        "avsec_gym.perception.detectors.single_image:SingleImage",
-        {},
-    ),
-    (Kind.DETECTOR, "attacked"): ("avsec_gym.attacks.attacked_detector:AttackedDetector", {}),
-    (Kind.DETECTOR, "defended"): (
-        "avsec_gym.perception.defences.defended_detector:defended_detector",
-        {},
-    ),
-    (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
-    (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
-    (Kind.DEFENCE, "jpeg"): ("avsec_gym.perception.defences.jpeg:JpegCompression", {}),
-    (Kind.DEFENCE, "bit_depth"): ("avsec_gym.perception.defences.bit_depth:BitDepth", {}),
-    (Kind.DEFENCE, "median_filter"): (
-        "avsec_gym.perception.defences.median_filter:MedianFilter",
-        {},
-    ),
-    (Kind.DEFENCE, "gaussian_noise"): (
-        "avsec_gym.perception.defences.gaussian_noise:GaussianNoise",
-        {},
-    ),
-    (Kind.CLASSIFIER, "small"): (
-        "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
-        {},
-    ),
-    (Kind.CLASSIFIER, "vgg16"): (
-        "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
-        {"configuration": "vgg16"},
-    ),
-    (Kind.SELECTOR, "small"): ("avsec_gym.perception.road_type:DrivingConstraintSelector", {}),
-    (Kind.ATTACK, "thesis_pgd"): ("avsec_gym.attacks.perturbation:thesis_pgd", {}),
-    (Kind.ATTACK, "fgsm"): ("avsec_gym.attacks.perturbation:fgsm", {}),
-    (Kind.ATTACK, "i_fgsm"): ("avsec_gym.attacks.perturbation:i_fgsm", {}),
-    (Kind.ATTACK, "mi_fgsm"): ("avsec_gym.attacks.perturbation:mi_fgsm", {}),
-    (Kind.ATTACK, "projected_pgd"): ("avsec_gym.attacks.perturbation:projected_pgd", {}),
-    (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
-    (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
-    (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
-    (Kind.ATTACK, "art"): ("avsec_gym.attacks.toolbox_attack:ToolboxAttack", {}),
-    (Kind.ATTACK, "transferred"): ("avsec_gym.attacks.transferred:TransferredAttack", {}),
-    (Kind.VALIDATOR, "thresholds"): (
-        "avsec_gym.validation.threshold_validator:ThresholdValidator",
-        {},
-    ),
-    (Kind.VALIDATOR, "likelihood"): (
-        "avsec_gym.validation.likelihood.likelihood_validator:LikelihoodValidator",
-        {},
-    ),
-    (Kind.OPTICAL_ATTACK, "facula"): ("avsec_gym.attacks.facula:Facula", {}),
-    (Kind.OPTICAL_ATTACK, "lidar_spoofing"): ("avsec_gym.attacks.lidar_spoofing:LidarSpoofing", {}),
-    (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),
-    (Kind.OPTICAL_ATTACK, "thesis"): ("avsec_gym.attacks.sensor_combination:thesis_attack", {}),
-    (Kind.CONNECTED_ATTACK, "paste"): (
-        "avsec_gym.validation.connected.attacks.pasted_object:PastedObject",
-        {},
-    ),
-    (Kind.CONNECTED_ATTACK, "removal"): (
-        "avsec_gym.validation.connected.attacks.removed_object:RemovedObject",
-        {},
-    ),
-    (Kind.DRIVE_ATTACK, "ghost"): ("avsec_gym.closed_loop.attack.lasting_ghosts:LastingGhosts", {}),
-    (Kind.DRIVE_ATTACK, "facula"): (
-        "avsec_gym.closed_loop.attack.tracking_facula:TrackingFacula",
-        {},
-    ),
-    (Kind.DRIVE_ATTACK, "spoofed_scan"): (
-        "avsec_gym.closed_loop.attack.spoofed_scan:SpoofedScan",
-        {},
-    ),
-}
-AMBIGUOUS_ATTACKS = {
-    "pgd": "in this version no attack is named 'pgd', since the name changes its meaning: the"
-    " thesis' form, whose sum of steps is not projected, is 'thesis_pgd'; the projected form of"
-    " Madry et al. is 'projected_pgd', and 'pgd' from the next version on"
-}
-"""Names that change their meaning and stand for nothing meanwhile, with what to write instead."""
-_METHODS = {
-    Kind.DETECTOR: "detect",
-    Kind.ATTACK: "attack",
-    Kind.CLASSIFIER: "classify",
-    Kind.SELECTOR: "select",
-    Kind.PLANNER: "plan",
-    Kind.VALIDATOR: "validate",
-    Kind.OPTICAL_ATTACK: "attack",
-    Kind.IMAGE_DETECTOR: "detect",
-    Kind.DRIVE_ATTACK: "act",
-    Kind.CONNECTED_ATTACK: "attack",
-    Kind.DEFENCE: "defend",
-}
-"""What an object of each kind can do."""
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
 _PLUGINS_LOADED = False
 _BY_PLUGINS: set[tuple[Kind, str]] = set()
@@ -188,7 +55,7 @@ def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
     """
     key = (_kind(kind), name)
     ambiguous = key[0] == Kind.ATTACK and name in AMBIGUOUS_ATTACKS
-    if key in _BUILT_IN or key in _REGISTERED or ambiguous:
+    if key in BUILT_IN or key in _REGISTERED or ambiguous:
         raise ConfigurationError(f"there is a {key[0]} named {name!r} already: choose another name")
     _REGISTERED[key] = factory
 
@@ -261,12 +128,12 @@ def check(kind: Kind | str, what: Any) -> None:
     if isinstance(what, str | Mapping):
         name, arguments = _known(kind, what)
         # A built-in that brings arguments along works as it is.
-        if arguments or not _BUILT_IN.get((kind, name), ("", {}))[1]:
+        if arguments or not BUILT_IN.get((kind, name), ("", {}))[1]:
             _check_names(kind, name, arguments)
-    elif not hasattr(what, _METHODS[kind]):
+    elif not hasattr(what, METHODS[kind]):
         raise ConfigurationError(
             f"{kind.words} is a name, a dictionary of a name and arguments, or an object that has "
-            f"{_METHODS[kind]}(), got {shown(what)}"
+            f"{METHODS[kind]}(), got {shown(what)}"
         )
 
 
@@ -297,7 +164,7 @@ def names(kind: Kind | str) -> list[str]:
     """Every registered name of a kind, sorted."""
     kind = _kind(kind)
     _load_plugins()
-    return sorted(name for known, name in [*_BUILT_IN, *_REGISTERED] if known == kind)
+    return sorted(name for known, name in [*BUILT_IN, *_REGISTERED] if known == kind)
 
 
 def registered_by_hand() -> dict[tuple[Kind, str], Callable[..., Any]]:
@@ -350,7 +217,7 @@ def _factory(kind: Kind, name: str) -> tuple[Callable[..., Any], dict[str, Any],
     """What makes a part, with which defaults, and where its arguments are described."""
     if (kind, name) in _REGISTERED:
         return _REGISTERED[kind, name], {}, ""
-    path, defaults = _BUILT_IN[kind, name]
+    path, defaults = BUILT_IN[kind, name]
     module, attribute = path.split(":")
     where = f" (its arguments: help({module}.{attribute}))"
     return getattr(import_module(module), attribute), dict(defaults), where
@@ -364,53 +231,12 @@ def _check_names(kind: Kind, name: str, arguments: Mapping[str, Any]) -> None:
     """
     factory, defaults, where = _factory(kind, name)
     check_arguments(f"the {kind} {name!r}", factory, arguments, where)
-    for each in _parameters(factory) or ():
+    for each in named_parameters(factory) or ():
         if each.default is each.empty and each.name not in {**defaults, **arguments}:
             raise ConfigurationError(
                 f"the {kind} {name!r} needs the argument {each.name!r}{where}: give a dictionary "
                 f'such as {{"name": "{name}", "{each.name}": ...}}'
             )
-
-
-def check_arguments(
-    what: str, factory: Callable[..., Any], arguments: Iterable[str], where: str = ""
-) -> None:
-    """Refuse arguments that a factory does not have, before it is called.
-
-    Args:
-        what: What it makes, for the message.
-        factory: Makes it from keyword arguments.
-        arguments: The names of those that are given.
-        where: Where its arguments are described, for the message.
-
-    Raises:
-        ConfigurationError: It has no such argument.
-
-    Example:
-        >>> check_arguments("a number", complex, ["image"])  # doctest: +ELLIPSIS
-        Traceback (most recent call last):
-        avsec_gym.errors.ConfigurationError: a number has no argument 'image'. Did you mean...
-    """
-    parameters = _parameters(factory)
-    if parameters is None:
-        return
-    known = [each.name for each in parameters]
-    for given in arguments:
-        if given not in known:
-            problem = f"{what} has no argument {given!r}{where}"
-            raise ConfigurationError(unknown_name(problem, str(given), known))
-
-
-def _parameters(factory: Callable[..., Any]) -> list[Parameter] | None:
-    """What may be given by name; None where it cannot be known, or may be anything."""
-    try:
-        parameters = list(signature(factory).parameters.values())
-    except (TypeError, ValueError):  # Not every callable shows its arguments.
-        return None
-    if any(each.kind == Parameter.VAR_KEYWORD for each in parameters):
-        return None
-    named = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
-    return [each for each in parameters if each.kind in named]
 
 
 def _kind(kind: Kind | str) -> Kind:

@@ -16,10 +16,11 @@ import pytest
 
 from avsec_gym.attacks.object_scan import ObjectScan
 from avsec_gym.attacks.optical_attack import OpticalAttack
+from avsec_gym.built_in_parts import BUILT_IN, Kind
 from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth import depth
-from avsec_gym.registry import _BUILT_IN, Kind, _factory
+from avsec_gym.registry import _factory
 from avsec_gym.rig import kitti_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.shipped import shipped_file
@@ -48,7 +49,7 @@ FILES = ("weights", "detections", "thresholds", "model", "scan", "patch")
 
 def registered() -> list[Any]:
     parts = [pytest.param(*_factory(*key)[:2], f"{key[0]} {key[1]}", id="-".join(key))
-             for key in _BUILT_IN]  # fmt: skip
+             for key in BUILT_IN]  # fmt: skip
     for name, (path, defaults) in depth._BUILT_IN.items():
         module, attribute = path.split(":")
         made = getattr(__import__(module, fromlist=[attribute]), attribute)
@@ -57,7 +58,7 @@ def registered() -> list[Any]:
 
 
 def test_every_kind_has_parts_here() -> None:
-    assert {kind for kind, _ in _BUILT_IN} == set(Kind)
+    assert {kind for kind, _ in BUILT_IN} == set(Kind)
 
 
 @pytest.mark.parametrize(("factory", "defaults", "part"), registered())

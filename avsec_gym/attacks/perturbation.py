@@ -24,11 +24,11 @@ from avsec_gym.attacks.argument_domains import LEVELS, MOMENTA, STEPS
 from avsec_gym.attacks.attack import Budget, Seed, Victim, with_pair
 from avsec_gym.attacks.loss_gradient import loss_gradient
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.built_in_parts import AMBIGUOUS_ATTACKS
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.registry import AMBIGUOUS_ATTACKS
 
 
 @dataclass(frozen=True)

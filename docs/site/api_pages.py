@@ -16,8 +16,8 @@ from repository import ROOT, address
 from written_pages import write_changed
 
 import avsec_gym
+from avsec_gym.built_in_parts import BUILT_IN
 from avsec_gym.registration import CATALOGUE
-from avsec_gym.registry import _BUILT_IN
 
 _NAME = re.compile(r"\bavsec_gym(?:\.\w+)+")
 _ENVIRONMENTS = {entry.entry_point.partition(":")[0] for entry in CATALOGUE}
@@ -59,7 +59,7 @@ def public_modules() -> tuple[str, ...]:
     for module in _ENVIRONMENTS:
         texts.append(inspect.getsource(import_module(module)).split('"""\n\n    title')[0])
     named = {name for text in texts for name in _NAME.findall(text)}
-    named |= {path.partition(":")[0] for path, _ in _BUILT_IN.values()} | {"avsec_gym.registry"}
+    named |= {path.partition(":")[0] for path, _ in BUILT_IN.values()} | {"avsec_gym.registry"}
     modules = {module for name in named if (module := _module_of(name))}
     for package in [avsec_gym, *map(import_module, sorted(modules))]:
         # What a package offers is documented where it is defined.

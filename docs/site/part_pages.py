@@ -9,7 +9,8 @@ from pathlib import Path
 from api_pages import place_of
 from written_pages import write_changed
 
-from avsec_gym.registry import _BUILT_IN, Kind, _factory
+from avsec_gym.built_in_parts import BUILT_IN, Kind
+from avsec_gym.registry import _factory
 
 _HEAD = """# Parts by name
 
@@ -23,7 +24,7 @@ def write_pages(source: Path) -> set[Path]:
     """Write it; returns the file."""
     text = _HEAD
     for kind in Kind:
-        names = [name for known, name in _BUILT_IN if known == kind]
+        names = [name for known, name in BUILT_IN if known == kind]
         title = kind.words[0].upper() + kind.words[1:]
         text += f"\n## {title}\n\n| name | is | arguments |\n|---|---|---|\n"
         text += "".join(

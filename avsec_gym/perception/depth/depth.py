@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.factory_arguments import check_arguments
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import Disparity
-from avsec_gym.registry import check_arguments
 from avsec_gym.suggestions import unknown_name
 
 _BUILT_IN: dict[str, tuple[str, dict[str, Any]]] = {

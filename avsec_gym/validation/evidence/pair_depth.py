@@ -12,11 +12,11 @@ import numpy as np
 
 from avsec_gym.argument_checks import number
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.factory_arguments import check_arguments
 from avsec_gym.frame import Calibration, Image
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DepthEstimator, check_depth, make_depth
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
-from avsec_gym.registry import check_arguments
 from avsec_gym.validation.evidence.seen_by_both import SeenByBoth
 
 _STEP = 16

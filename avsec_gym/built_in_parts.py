@@ -1,0 +1,155 @@
+"""The kinds of parts that have names, and the parts that come with the package."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Kind(StrEnum):
+    """What can be registered."""
+
+    DETECTOR = "detector"
+    ATTACK = "attack"
+    CLASSIFIER = "classifier"
+    SELECTOR = "selector"
+    PLANNER = "planner"
+    VALIDATOR = "validator"
+    OPTICAL_ATTACK = "optical_attack"
+    IMAGE_DETECTOR = "image_detector"
+    DRIVE_ATTACK = "drive_attack"
+    CONNECTED_ATTACK = "connected_attack"
+    DEFENCE = "defence"
+
+    @property
+    def words(self) -> str:
+        """It with its article, for a sentence: ``an optical attack``."""
+        boxes = {"detector": "a detector of 3D boxes", "image_detector": "a detector of 2D boxes"}
+        article = "an" if self[0] in "aeiou" else "a"
+        return boxes.get(self, f"{article} {self.replace('_', ' ')}")
+
+
+BUILT_IN = {
+    (Kind.PLANNER, "astar"): ("avsec_gym.planners.planner:MotionPrimitivePlanner", {}),
+    (Kind.PLANNER, "gbfs"): (
+        "avsec_gym.planners.planner:MotionPrimitivePlanner",
+        {"algorithm": "gbfs"},
+    ),
+    (Kind.DETECTOR, "dsgn"): (
+        "avsec_gym.perception.detectors.dsgn.detector:DsgnDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.DETECTOR, "stereo_rcnn"): (
+        "avsec_gym.perception.detectors.stereo_rcnn.detector:StereoRcnnDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.DETECTOR, "pixor"): (
+        "avsec_gym.perception.detectors.pixor.detector:PixorDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.DETECTOR, "pointrcnn"): (
+        "avsec_gym.perception.detectors.pointrcnn.detector:PointRcnnDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.DETECTOR, "scan_obstacles"): (
+        "avsec_gym.perception.detectors.scan_obstacles:ScanObstacles",
+        {},
+    ),
+    (Kind.IMAGE_DETECTOR, "faster_rcnn"): (
+        "avsec_gym.perception.detectors.faster_rcnn.detector:FasterRcnnDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.IMAGE_DETECTOR, "yolo"): (
+        "avsec_gym.perception.detectors.yolo.detector:YoloDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.DETECTOR, "single_image"): (
+        "avsec_gym.perception.detectors.single_image:SingleImage",
+        {},
+    ),
+    (Kind.DETECTOR, "attacked"): ("avsec_gym.attacks.attacked_detector:AttackedDetector", {}),
+    (Kind.DETECTOR, "defended"): (
+        "avsec_gym.perception.defences.defended_detector:defended_detector",
+        {},
+    ),
+    (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
+    (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
+    (Kind.DEFENCE, "jpeg"): ("avsec_gym.perception.defences.jpeg:JpegCompression", {}),
+    (Kind.DEFENCE, "bit_depth"): ("avsec_gym.perception.defences.bit_depth:BitDepth", {}),
+    (Kind.DEFENCE, "median_filter"): (
+        "avsec_gym.perception.defences.median_filter:MedianFilter",
+        {},
+    ),
+    (Kind.DEFENCE, "gaussian_noise"): (
+        "avsec_gym.perception.defences.gaussian_noise:GaussianNoise",
+        {},
+    ),
+    (Kind.CLASSIFIER, "small"): (
+        "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
+        {},
+    ),
+    (Kind.CLASSIFIER, "vgg16"): (
+        "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
+        {"configuration": "vgg16"},
+    ),
+    (Kind.SELECTOR, "small"): ("avsec_gym.perception.road_type:DrivingConstraintSelector", {}),
+    (Kind.ATTACK, "thesis_pgd"): ("avsec_gym.attacks.perturbation:thesis_pgd", {}),
+    (Kind.ATTACK, "fgsm"): ("avsec_gym.attacks.perturbation:fgsm", {}),
+    (Kind.ATTACK, "i_fgsm"): ("avsec_gym.attacks.perturbation:i_fgsm", {}),
+    (Kind.ATTACK, "mi_fgsm"): ("avsec_gym.attacks.perturbation:mi_fgsm", {}),
+    (Kind.ATTACK, "projected_pgd"): ("avsec_gym.attacks.perturbation:projected_pgd", {}),
+    (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
+    (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
+    (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
+    (Kind.ATTACK, "art"): ("avsec_gym.attacks.toolbox_attack:ToolboxAttack", {}),
+    (Kind.ATTACK, "transferred"): ("avsec_gym.attacks.transferred:TransferredAttack", {}),
+    (Kind.VALIDATOR, "thresholds"): (
+        "avsec_gym.validation.threshold_validator:ThresholdValidator",
+        {},
+    ),
+    (Kind.VALIDATOR, "likelihood"): (
+        "avsec_gym.validation.likelihood.likelihood_validator:LikelihoodValidator",
+        {},
+    ),
+    (Kind.OPTICAL_ATTACK, "facula"): ("avsec_gym.attacks.facula:Facula", {}),
+    (Kind.OPTICAL_ATTACK, "lidar_spoofing"): ("avsec_gym.attacks.lidar_spoofing:LidarSpoofing", {}),
+    (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),
+    (Kind.OPTICAL_ATTACK, "thesis"): ("avsec_gym.attacks.sensor_combination:thesis_attack", {}),
+    (Kind.CONNECTED_ATTACK, "paste"): (
+        "avsec_gym.validation.connected.attacks.pasted_object:PastedObject",
+        {},
+    ),
+    (Kind.CONNECTED_ATTACK, "removal"): (
+        "avsec_gym.validation.connected.attacks.removed_object:RemovedObject",
+        {},
+    ),
+    (Kind.DRIVE_ATTACK, "ghost"): ("avsec_gym.closed_loop.attack.lasting_ghosts:LastingGhosts", {}),
+    (Kind.DRIVE_ATTACK, "facula"): (
+        "avsec_gym.closed_loop.attack.tracking_facula:TrackingFacula",
+        {},
+    ),
+    (Kind.DRIVE_ATTACK, "spoofed_scan"): (
+        "avsec_gym.closed_loop.attack.spoofed_scan:SpoofedScan",
+        {},
+    ),
+}
+"""Where each part is made, and with which arguments where none are given."""
+AMBIGUOUS_ATTACKS = {
+    "pgd": "in this version no attack is named 'pgd', since the name changes its meaning: the"
+    " thesis' form, whose sum of steps is not projected, is 'thesis_pgd'; the projected form of"
+    " Madry et al. is 'projected_pgd', and 'pgd' from the next version on"
+}
+"""Names that change their meaning and stand for nothing meanwhile, with what to write instead."""
+METHODS = {
+    Kind.DETECTOR: "detect",
+    Kind.ATTACK: "attack",
+    Kind.CLASSIFIER: "classify",
+    Kind.SELECTOR: "select",
+    Kind.PLANNER: "plan",
+    Kind.VALIDATOR: "validate",
+    Kind.OPTICAL_ATTACK: "attack",
+    Kind.IMAGE_DETECTOR: "detect",
+    Kind.DRIVE_ATTACK: "act",
+    Kind.CONNECTED_ATTACK: "attack",
+    Kind.DEFENCE: "defend",
+}
+"""What an object of each kind can do."""
