@@ -14,7 +14,8 @@ from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.validation.connected.rays.claims import claim
 from avsec_gym.validation.connected.rays.observer import Observer, observe
-from avsec_gym.validation.connected.rays.witness import SUPPORT, THROUGH, WitnessMargins, outcomes
+from avsec_gym.validation.connected.rays.ray_outcomes import SUPPORT, THROUGH
+from avsec_gym.validation.connected.rays.witness import WitnessMargins, outcomes
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan

@@ -41,10 +41,8 @@ from avsec_gym.validation.connected.rays.decision import (
 )
 from avsec_gym.validation.connected.rays.observer import Observer, observe
 from avsec_gym.validation.connected.rays.rates import RayRates
+from avsec_gym.validation.connected.rays.ray_outcomes import MISSING, SUPPORT, THROUGH
 from avsec_gym.validation.connected.rays.witness import (
-    MISSING,
-    SUPPORT,
-    THROUGH,
     WitnessMargins,
     outcomes,
 )

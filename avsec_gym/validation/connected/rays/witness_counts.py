@@ -15,10 +15,8 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.merging import seen_from_above
 from avsec_gym.validation.connected.rays.claims import MOST_CLAIMS, MOST_VOXELS_OF_ONE, Claims
 from avsec_gym.validation.connected.rays.observer import Observer
+from avsec_gym.validation.connected.rays.ray_outcomes import MISSING, SUPPORT, THROUGH
 from avsec_gym.validation.connected.rays.witness import (
-    MISSING,
-    SUPPORT,
-    THROUGH,
     WitnessMargins,
     count_supported,
     outcomes,

@@ -12,7 +12,8 @@ from avsec_gym.validation.connected.rays.claims import (
     grid_shapes,
 )
 from avsec_gym.validation.connected.rays.observer import Observer, observe
-from avsec_gym.validation.connected.rays.witness import OCCLUDED, THROUGH, WitnessMargins, outcomes
+from avsec_gym.validation.connected.rays.ray_outcomes import OCCLUDED, THROUGH
+from avsec_gym.validation.connected.rays.witness import WitnessMargins, outcomes
 from avsec_gym.validation.connected.rays.witness_counts import ACCUSING_RAYS, count_rays
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.sweep import TIP, RollingSweep

@@ -6,13 +6,15 @@ import pytest
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.claims import CLEARANCE, Claims, claim
 from avsec_gym.validation.connected.rays.observer import Observer, observe
-from avsec_gym.validation.connected.rays.witness import (
+from avsec_gym.validation.connected.rays.ray_outcomes import (
     MISSING,
     NEAR,
     OCCLUDED,
     OUTSIDE,
     SUPPORT,
     THROUGH,
+)
+from avsec_gym.validation.connected.rays.witness import (
     WitnessMargins,
     count_supported,
     outcomes,
