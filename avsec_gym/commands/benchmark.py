@@ -37,7 +37,8 @@ class _Enter:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where scenes could not be driven."""
-        from avsec_gym.benchmark.entry import ENTRY, entered
+        from avsec_gym.benchmark.entry import ENTRY
+        from avsec_gym.benchmark.making import entered
         from avsec_gym.benchmark.protocol import Entered
 
         with console.progress("driving") as shown:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from avsec_gym.benchmark import entry, episodes, frames, protocol
+from avsec_gym.benchmark import episodes, frames, making, protocol
 from avsec_gym.benchmark.scene_sets import Extent, FrozenSet, digest_of, frozen_sets
 from avsec_gym.evaluation.contested import chosen_recipe
 from avsec_gym.rig import camera_rig
@@ -43,7 +43,7 @@ def few(monkeypatch: pytest.MonkeyPatch, small_cache: Path) -> dict[str, FrozenS
         "all": frozen("all", (0, 1), None),
         "contested": frozen("contested", (first,), {first: contested.intentions[first]}),
     }
-    for module in (entry, episodes, frames):
+    for module in (making, episodes, frames):
         monkeypatch.setattr(module, "frozen_sets", lambda: sets)
     sensors = Sensors((2, 3), rig=RIG)
     monkeypatch.setattr(

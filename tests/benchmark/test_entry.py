@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avsec_gym.benchmark.entry import entered, read_entry
+from avsec_gym.benchmark.entry import read_entry
 from avsec_gym.benchmark.frames import write_frames
+from avsec_gym.benchmark.making import entered
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.benchmark.scene_sets import FrozenSet
 from avsec_gym.boxes import Boxes3D
@@ -183,20 +184,19 @@ def test_gradients_that_lead_nowhere(
     few: dict[str, FrozenSet], tmp_path: Path, masked: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Noise stands for attacks by gradients: the patch harms more than it where they are masked."""
-    from avsec_gym.benchmark import entry
 
     name = f"fooled_{masked}".lower()
     if name not in names(Kind.DETECTOR):
         register(Kind.DETECTOR, name, lambda: Fooled(masked))
     # One scene has no interval: the difference itself decides.
-    whole = entry.paired_differences
+    whole = making.paired_differences
 
     def certain(first: Any, second: Any) -> Any:
         found = whole(first, second)
         value = found.safe_driving_rate.value
         return replace(found, safe_driving_rate=Estimate(value, (value, value)))
 
-    monkeypatch.setattr(entry, "paired_differences", certain)
+    monkeypatch.setattr(making, "paired_differences", certain)
     found = made("detector", name, tmp_path)
     assert found.white_box is True
     assert [row.setting for row in found.rows][-1] == "white_box"

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.benchmark.entry import Entry, EntryRow, Precision, entered, read_entry
+from avsec_gym.benchmark.entry import Entry, EntryRow, Precision, read_entry
 from avsec_gym.benchmark.leaderboard import board, left_out
+from avsec_gym.benchmark.making import entered
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.benchmark.scene_sets import frozen_sets
 from avsec_gym.cli import run

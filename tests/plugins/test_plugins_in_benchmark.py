@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.benchmark import entry, episodes, protocol
+from avsec_gym.benchmark import episodes, making, protocol
 from avsec_gym.benchmark.scene_sets import Extent, FrozenSet, digest_of, frozen_sets
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
 
@@ -30,7 +30,7 @@ def few(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     digest = digest_of(frozen.layouts().labelled)
     object.__setattr__(frozen, "digest", digest)
     object.__setattr__(frozen, "folder", data)
-    for module in (entry, episodes):
+    for module in (making, episodes):
         monkeypatch.setattr(module, "frozen_sets", lambda: {"all": frozen})
     monkeypatch.setattr(protocol, "DETECTORS", ("oracle", "stereo_clusters"))
     monkeypatch.setattr(protocol, "PERTURBATION", {"name": "random_noise", "strength": 8.0})

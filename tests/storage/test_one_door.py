@@ -93,7 +93,7 @@ REASONS = {
     "storage/folder_lock.py": {"os.open"},
     # `RunFolder.open`.
     "commands/report.py": {".open"},
-    "benchmark/entry.py": {".open"},
+    "benchmark/making.py": {".open"},
     "commands/demo.py": {".open"},
 }
 """What modules may call by themselves; each for the reason above it."""
