@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avsec_gym.benchmark import making
 from avsec_gym.benchmark.entry import read_entry
 from avsec_gym.benchmark.frames import write_frames
 from avsec_gym.benchmark.making import entered
