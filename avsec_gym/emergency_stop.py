@@ -14,7 +14,8 @@ import numpy as np
 
 from avsec_gym.metrics.safety import UNPLANNED, SafetyRecord, judge
 from avsec_gym.planners.plan import Plan, Status
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 STOPPED = "stopped"
 """Why nothing was planned: the `reason` of every stop, of one that collides, too."""

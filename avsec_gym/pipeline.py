@@ -37,7 +37,8 @@ from avsec_gym.registry import Kind, make
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.validation.compromised_sensors import Untrusted
 from avsec_gym.validation.response import Response, trusted_frame

@@ -9,7 +9,8 @@ import pytest
 
 from avsec_gym.emergency_stop import DECELERATION, STOPPED, emergency_stop, judge_stop
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import EgoState, Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, PlanningScenario
 
 
 def problem(velocity: float, heading: float = 0.0) -> PlanningScenario:

@@ -14,7 +14,7 @@ from avsec_gym.pipeline import Perception
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import GOAL_STEPS, TIME_STEP
 from avsec_gym.scenario.constraints import driving_constraints
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.scene import Motion, matched_speeds
 
 

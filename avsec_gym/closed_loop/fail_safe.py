@@ -23,7 +23,7 @@ from avsec_gym.emergency_stop import DECELERATION
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.metrics.swept_contact import first_swept_contact
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.shapes import Rectangle
 
 OTHERS_BRAKE = 4.05

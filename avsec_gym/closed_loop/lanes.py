@@ -12,7 +12,7 @@ from avsec_gym.closed_loop.centre_line import CentreLine
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import Lanelet, Road
+from avsec_gym.scenario.road import Lanelet, Road
 
 _HEADING_WEIGHT = 4.0
 """Metres that a radian between a vehicle and a lane counts for, in the choice of its lane."""

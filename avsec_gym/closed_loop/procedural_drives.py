@@ -17,7 +17,8 @@ from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.rig import SensorRig
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
-from avsec_gym.scenario.planning_scenario import EgoState, Lanelet, Road
+from avsec_gym.scenario.planning_scenario import EgoState
+from avsec_gym.scenario.road import Lanelet, Road
 from avsec_gym.world.course import Course
 from avsec_gym.world.drives import DriveWorld, drive_scenes
 from avsec_gym.world.section import CrossSection

@@ -12,7 +12,7 @@ from avsec_gym.closed_loop.centre_line import CentreLine
 from avsec_gym.closed_loop.lanes import Lanes
 from avsec_gym.closed_loop.road_frame import mirrored_points
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.planning_scenario import Lanelet
+from avsec_gym.scenario.road import Lanelet
 
 LaneIndex = tuple[str, str, int]
 _STRAIGHT = 1e-6

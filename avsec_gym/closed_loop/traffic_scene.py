@@ -20,7 +20,9 @@ from avsec_gym.scenario.builder import LANE_WIDTH, is_obstacle
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import EgoState, Obstacles, Road, straight_lanes
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState
+from avsec_gym.scenario.road import Road, straight_lanes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.shapes import placed
 

@@ -11,7 +11,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.pipeline import Episode
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 
 _AHEAD, _ASIDE = (-7.0, 38.0), 11.0
 """Metres that are shown, from behind to ahead of the start, and to either side."""

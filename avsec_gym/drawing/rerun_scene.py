@@ -15,7 +15,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.pipeline import Episode
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 
 _LANE = "#b0b8be"
 

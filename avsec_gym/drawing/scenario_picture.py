@@ -17,7 +17,7 @@ from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.metrics.safety import COLLISION, SAFE
 from avsec_gym.pipeline import Episode
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.storage.atomic_write import write_bytes
 
 if TYPE_CHECKING:

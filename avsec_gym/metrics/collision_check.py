@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
 from avsec_gym.kernels import kernel
 from avsec_gym.planners.vehicle import Vehicle
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.shapes import Rectangle, Shape, members, placed
 
 _SMALL = 1e-6

@@ -19,7 +19,8 @@ from avsec_gym.metrics.swept_contact import first_swept_contact
 from avsec_gym.metrics.trajectory_cost import path_length, sm1_cost, travel_time
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 SAFE, COLLISION, UNPLANNED = "safe", "collision", "unplanned"
 """Outcomes."""

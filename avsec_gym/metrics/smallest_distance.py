@@ -10,7 +10,7 @@ import shapely
 from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.metrics.collision_check import present_poses, shapes_at
 from avsec_gym.planners.vehicle import Vehicle
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 
 
 def smallest_distance(

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats, rectangle_corners, wrap_angle
 from avsec_gym.metrics.collision_check import Contact
 from avsec_gym.planners.vehicle import Vehicle
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.shapes import Shape
 
 TOLERANCE = 0.001

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.metrics.collision_check import TrajectoryBatch, batch_collides, present_poses
 from avsec_gym.planners.primitives import MotionPrimitives, suitable_primitives
-from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle
 
 CHAIN = 4

@@ -7,7 +7,8 @@ from functools import lru_cache
 import numpy as np
 
 from avsec_gym.geometry import Floats, wrap_angle
-from avsec_gym.scenario.planning_scenario import PlanningScenario, Road
+from avsec_gym.scenario.planning_scenario import PlanningScenario
+from avsec_gym.scenario.road import Road
 
 ACCELERATION = STEERING_ANGLE = STEERING_RATE = HEADING = 50.0
 SPEED, LENGTH = 20.0, 1.0

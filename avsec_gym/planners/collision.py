@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.shapes import Disc, Piece, Polygon, Rectangle, members
 
 ALWAYS, FOR_EVER = -(2**40), 2**40

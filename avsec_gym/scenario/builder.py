@@ -13,14 +13,9 @@ from avsec_gym.image_only import check_places
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Goal,
-    Obstacles,
-    PlanningScenario,
-    Road,
-    straight_lanes,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.road import Road, straight_lanes
 from avsec_gym.scenario.shapes import Rectangle
 
 OBSTACLE_CATEGORIES = ("Car", "Van", "Truck", "Misc")

@@ -11,7 +11,8 @@ from avsec_gym.geometry import wrap_angle
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import obstacles_of
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion
 
 AS_GIVEN = "as given"

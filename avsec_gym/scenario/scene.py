@@ -19,7 +19,8 @@ from avsec_gym.scenario.builder import (
 )
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.suggestions import unknown_name
 
 

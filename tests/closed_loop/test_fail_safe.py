@@ -16,7 +16,8 @@ from avsec_gym.closed_loop.fail_safe import (
 from avsec_gym.closed_loop.following import follow
 from avsec_gym.closed_loop.vehicles import Car
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import EgoState, Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState
 
 SPEED = 8.0
 PLAN = np.array([[0.1 * SPEED * k, 0.0, SPEED, 0.0, 0.0] for k in range(20)])

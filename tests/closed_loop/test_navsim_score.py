@@ -18,7 +18,7 @@ from avsec_gym.closed_loop.navsim_score import (
     time_to_collision,
 )
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import Road, straight_lanes
+from avsec_gym.scenario.road import Road, straight_lanes
 
 ROAD = Road(straight_lanes(3, start=-50, end=300))
 LANES, DRIVABLE = Lanes(ROAD), ROAD.area

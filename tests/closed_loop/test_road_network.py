@@ -10,7 +10,7 @@ from avsec_gym.closed_loop.lanes import Lanes
 from avsec_gym.closed_loop.procedural_drives import road_of
 from avsec_gym.closed_loop.road_network import CurvedLane, network_of
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import Lanelet, Road, straight_lanes
+from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
 

@@ -13,7 +13,7 @@ from avsec_gym.closed_loop.road_network import network_of
 from avsec_gym.closed_loop.tracks import STEP, Tracks
 from avsec_gym.closed_loop.vehicles import Car, ReactingVehicle, RecordedVehicle
 from avsec_gym.planners.vehicle import BMW_320I, simulate
-from avsec_gym.scenario.planning_scenario import Road, straight_lanes
+from avsec_gym.scenario.road import Road, straight_lanes
 
 
 @pytest.fixture

@@ -28,7 +28,8 @@ from avsec_gym.metrics.safety import judge
 from avsec_gym.pipeline import Episode, run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import procedural_scenes
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle

@@ -21,7 +21,8 @@ from avsec_gym.envs.sb3 import StableBaselinesVecEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.planning_scenario import EgoState, Lanelet, Road
+from avsec_gym.scenario.planning_scenario import EgoState
+from avsec_gym.scenario.road import Lanelet, Road
 
 ID = "avsec/ClosedLoop-v0"
 MODEL = ErrorModel(

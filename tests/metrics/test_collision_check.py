@@ -14,7 +14,7 @@ from avsec_gym.metrics.collision_check import (
     footprints,
 )
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 
 STEPS = 12

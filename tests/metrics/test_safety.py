@@ -21,7 +21,8 @@ from avsec_gym.metrics.safety import (
 )
 from avsec_gym.planners.plan import Plan, Reason, Status
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 
 NAN = math.nan
 

@@ -15,7 +15,7 @@ from avsec_gym.metrics.trajectory_cost import path_length, sm1_cost
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.scene_sets import procedural_scenes
 
 FAR = 1e7

@@ -14,7 +14,8 @@ from avsec_gym.metrics.safety import SafetyRates, judge
 from avsec_gym.metrics.swept_contact import TOLERANCE, first_swept_contact
 from avsec_gym.planners.plan import Plan, Status
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import EgoState, Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, PlanningScenario
 from avsec_gym.scenario.shapes import Disc, placed
 
 _MILLISECONDS = 100

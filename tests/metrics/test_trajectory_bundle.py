@@ -14,7 +14,8 @@ from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 CAR = ([14.0, 0.5, 0.3], 4.0, 1.8, 0.0)
 AHEAD = ([16.0, 3.0, 0.0], 4.2, 1.7, 7.0)

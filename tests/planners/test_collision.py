@@ -17,13 +17,9 @@ from avsec_gym.planners.collision import (
     collision_world_of,
     obstacle_world,
 )
-from avsec_gym.scenario.planning_scenario import (
-    Lanelet,
-    Obstacles,
-    PlanningScenario,
-    Road,
-    straight_lanes,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import PlanningScenario
+from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 
 HALF_LENGTH, HALF_WIDTH = 2.254, 0.805

@@ -10,7 +10,9 @@ from avsec_gym.geometry import rectangle_polygons
 from avsec_gym.planners.collision import obstacle_world
 from avsec_gym.planners.goal_room import is_full, occupied_steps
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import Goal, Obstacles, Road, straight_lanes
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import Goal
+from avsec_gym.scenario.road import Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Rectangle
 
 SIZE = np.array(BMW_320I.length), np.array(BMW_320I.width)

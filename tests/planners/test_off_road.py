@@ -13,13 +13,9 @@ from avsec_gym.planners.plan import Reason, Status
 from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.scenario.builder import build_planning_scenario
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Lanelet,
-    Obstacles,
-    PlanningScenario,
-    Road,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, PlanningScenario
+from avsec_gym.scenario.road import Lanelet, Road
 from avsec_gym.scenario.shapes import Rectangle
 
 

@@ -18,15 +18,9 @@ from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitive_files import read_primitives
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Goal,
-    Lanelet,
-    Obstacles,
-    PlanningScenario,
-    Road,
-    straight_lanes,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 
 STREET = (6.0, 8.0)

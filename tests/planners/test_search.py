@@ -15,15 +15,9 @@ from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.planners.search import advance
 from avsec_gym.planners.search_state import EXPANDED, SearchState
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Goal,
-    Lanelet,
-    Obstacles,
-    PlanningScenario,
-    Road,
-    straight_lanes,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Polygon, Rectangle
 
 SMALL = 1e-6

@@ -14,7 +14,9 @@ from avsec_gym.planners.goal import goal_arrays, reaches
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.planners.sweep import drives_freely, first_in_goal
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import Goal, Lanelet, Obstacles, Road, straight_lanes
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import Goal
+from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Polygon, Rectangle
 
 LIMITS = Limits(BMW_320I.length / 2, BMW_320I.width / 2, BMW_320I.rear_axle, 0.1, 5.0)

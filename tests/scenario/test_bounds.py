@@ -15,15 +15,9 @@ import pytest
 
 from avsec_gym.errors import DataError, PlanningError
 from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Goal,
-    Lanelet,
-    Obstacles,
-    PlanningScenario,
-    Road,
-    straight_lanes,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle
 
 NEVER = (math.nan, math.inf, -math.inf, 1e300, -1e300)

@@ -16,15 +16,9 @@ from avsec_gym.errors import DataError
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Goal,
-    Lanelet,
-    Obstacles,
-    PlanningScenario,
-    Road,
-    straight_lanes,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle
 
 numbers = st.floats(-1000, 1000).map(lambda value: value if abs(value) > 1e-9 else 0.0)

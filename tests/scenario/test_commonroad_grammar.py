@@ -13,14 +13,9 @@ import pytest
 from avsec_gym.errors import DataError
 from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
 from avsec_gym.scenario.commonroad.grammar import GRAMMAR
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Goal,
-    Obstacles,
-    PlanningScenario,
-    Road,
-    straight_lanes,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.road import Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle
 
 TRIANGLE = Polygon(((0.0, 0.0), (0.0, 1.0), (1.0, 0.0)))

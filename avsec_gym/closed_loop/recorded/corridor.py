@@ -7,7 +7,7 @@ import numpy as np
 from avsec_gym.closed_loop.centre_line import CentreLine
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.builder import LANE_WIDTH
-from avsec_gym.scenario.planning_scenario import Lanelet, Road
+from avsec_gym.scenario.road import Lanelet, Road
 
 OWN, LEFT, RIGHT = 1, 2, 3
 """Ids of the lanes."""

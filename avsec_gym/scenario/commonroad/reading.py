@@ -16,14 +16,9 @@ from avsec_gym.scenario.commonroad.grammar import check_elements
 from avsec_gym.scenario.commonroad.obstacle_forms import as_read, with_named_roles
 from avsec_gym.scenario.commonroad.quantities import check_numbers
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import (
-    EgoState,
-    Goal,
-    Lanelet,
-    Obstacles,
-    PlanningScenario,
-    Road,
-)
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.road import Lanelet, Road
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 from avsec_gym.storage.json_files import parse_json
 from avsec_gym.storage.xml_tree import Element, as_bytes, read_plain_xml

@@ -19,7 +19,9 @@ import numpy as np
 from avsec_gym.errors import DataError
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.commonroad.format import MARK, import_quietly, points_of
-from avsec_gym.scenario.planning_scenario import Goal, Lanelet, Obstacles, PlanningScenario
+from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.planning_scenario import Goal, PlanningScenario
+from avsec_gym.scenario.road import Lanelet
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 from avsec_gym.storage.atomic_write import write_bytes
 
