@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,9 +52,10 @@ class Demo:
         from avsec_gym.world.export.suites import MOST_FRAMES
 
         whole_number("--scenarios", self.scenarios, 1, MOST_FRAMES)
-        ran = Run(
+        asked = Run(
             (_NAME,), CONTESTED, self.scenarios, self.seed, out=self.out, workers=self.workers
-        ).run()
+        )
+        ran = asked.ran(_FirstScene(self.out, self.scenarios))
         folder = RunFolder.open(self.out)
         rows = demo_rows(outcomes_of(folder))
         if not self.json:
@@ -70,6 +72,33 @@ class Demo:
             console.say(sentence)
         console.say(f"{self.out / PAGE}: the drives in pictures")
         return max(ran, reported)
+
+
+class _FirstScene:
+    """Writes the page as soon as one scene of several is done, with a picture of it.
+
+    Args:
+        out: Folder of the run.
+        scenarios: Number of scenes.
+    """
+
+    def __init__(self, out: Path, scenarios: int) -> None:
+        self._out, self._scenarios = out, scenarios
+        self._waits = scenarios > 1
+
+    def __call__(self, done: int, total: int) -> None:
+        """So many cells of so many are done; each scene has as many as another."""
+        of_one = total // self._scenarios
+        if not self._waits or not of_one <= done < total:
+            return
+        from avsec_gym.runs.run_folder import RunFolder
+
+        cells = RunFolder.open(self._out).cells()
+        finished = Counter(cell["arguments"]["scenario"] for cell in cells)
+        if max(finished.values()) == of_one:
+            self._waits = False
+            Report(self._out, pictures=1).written(quietly=True)
+            console.say(f"{self._out / PAGE}: the first scene in a picture; others follow")
 
 
 def _print(rows: list[DemoRow]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -55,8 +55,12 @@ class Report:
         console.say(self.sentence(report))
         return code
 
-    def written(self) -> tuple[RunReport, int]:
-        """Write the page; what is on it, and the exit code."""
+    def written(self, *, quietly: bool = False) -> tuple[RunReport, int]:
+        """Write the page; what is on it, and the exit code.
+
+        Args:
+            quietly: Whether remarks and progress are left out.
+        """
         from avsec_gym.report.html import html_page
         from avsec_gym.report.run_markdown import markdown_page
         from avsec_gym.report.run_remarks import remarks
@@ -77,11 +81,11 @@ class Report:
                 )
         # With --out, nothing is written into the run's folder.
         keeps = self.out is None
-        asked = ReportRequest(
-            self.pictures, self.looked_at, keeps, self.experiments, console.progress
-        )
+        asked = ReportRequest(self.pictures, self.looked_at, keeps, self.experiments)
+        if not quietly:
+            asked = replace(asked, progress=console.progress)
         report = run_report(folder, asked)
-        for remark in (*remarks(report), *report.problems):
+        for remark in () if quietly else (*remarks(report), *report.problems):
             console.say(f"avsec: {remark}")
         write_text(self._page, html_page(report), overwrite=True)
         if self.markdown is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -16,6 +17,8 @@ from avsec_gym.storage.json_files import parse_json
 if TYPE_CHECKING:
     from avsec_gym.runs.run import RunSummary
 
+OnProgress = Callable[[int, int], None]
+"""Is called after each cell with the number of those done and that of all."""
 _REMARKS = 10
 """So many failed cells are reported one by one."""
 
@@ -70,6 +73,14 @@ class Run:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where cells failed."""
+        return self.ran(lambda done, total: None)
+
+    def ran(self, on_progress: OnProgress) -> int:
+        """Do it; the exit code.
+
+        Args:
+            on_progress: Beside what the user is shown.
+        """
         from avsec_gym.runs.catalogue import experiment
         from avsec_gym.runs.experiment import Configuration
         from avsec_gym.runs.run import Backend, run_experiments
@@ -94,7 +105,7 @@ class Run:
                 threads=self.threads,
                 backend=Backend(self.backend),
                 retry=self.retry,
-                on_progress=shown,
+                on_progress=_both(shown, on_progress),
             )
         for cell, error in report.failures[:_REMARKS]:
             console.say(f"avsec: failed: {cell.key}: {error}")
@@ -115,6 +126,14 @@ class Run:
             for name in ("detector", "attack", "planner", "validator")
             if (text := getattr(self, name)) is not None
         }
+
+
+def _both(one: OnProgress, other: OnProgress) -> OnProgress:
+    def on_progress(done: int, total: int) -> None:
+        one(done, total)
+        other(done, total)
+
+    return on_progress
 
 
 def _option(text: str) -> tuple[str, Any]:
