@@ -45,6 +45,8 @@ PATIENCE = 3.0
 may loop for ever."""
 NEAREST = 8
 """So many files of tests are run where not all of a room's are."""
+LONGEST = 90.0
+"""Seconds after which a file of tests is left out where kernels are Python."""
 _ONE_AT_A_TIME = Lock()
 PASSED = (0, 5)
 """What pytest ends with where nothing failed, or there was no test."""
@@ -211,35 +213,51 @@ def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
 
 @cache
 def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
+    seconds: dict[str, float] = {}
+    failed: list[str] = []
+    executed: dict[str, dict[int, list[str]]] = {}
+    # Where kernels are Python, one file may take an hour: then the others do.
+    for group in [(test,) for test in tests] if kernels else [tests]:
+        try:
+            report, lines = _covered(kernels, group)
+        except subprocess.TimeoutExpired:
+            print(f"left out, as it takes long without compilation: {group[0]}", file=sys.stderr)
+            continue
+        failed += failures(report)
+        for module, own in lines.items():
+            for line, contexts in own.items():
+                executed.setdefault(module, {}).setdefault(line, []).extend(contexts)
+        for taken, name in re.findall(
+            r"^([\d.]+)s (?:setup|call|teardown) +(\S.*)$", report, re.MULTILINE
+        ):
+            seconds[name] = seconds.get(name, 0.0) + float(taken)
+    for name in failed:
+        print(f"left out, as it fails without any mutant: {name}", file=sys.stderr)
+    return Unmutated(seconds, tuple(failed), executed)
+
+
+def _covered(kernels: bool, tests: tuple[str, ...]) -> tuple[str, dict[str, dict[int, list[str]]]]:
+    """What pytest reports, and the tests that execute each line, by modules."""
     from coverage import CoverageData
 
     coverage = ("--cov=avsec_gym", "--cov-context=test", "--cov-report=")
     durations = ("--durations=0", "--durations-min=0.005", "-rfE", "--tb=no")
+    command = pytest_of(*coverage, *durations, *tests)
     with tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder, "coverage"))
-        done = ran(
-            pytest_of(*coverage, *durations, *tests), ROOT, kernels, more={"COVERAGE_FILE": file}
-        )
-        failed = failures(done.stdout)
-        if done.returncode not in PASSED and not failed:
+        limit = LONGEST if kernels else None
+        done = ran(command, ROOT, kernels, limit, more={"COVERAGE_FILE": file})
+        if done.returncode not in PASSED and not failures(done.stdout):
             report = done.stdout[-2000:] + done.stderr[-2000:]
             raise SystemExit(
                 f"{' '.join(tests)} end with {done.returncode} without a mutant:\n{report}"
             )
         data = CoverageData(file)
         data.read()
-        executed = {
+        return done.stdout, {
             str(Path(path).relative_to(ROOT)): data.contexts_by_lineno(path)
             for path in data.measured_files()
         }
-    for name in failed:
-        print(f"left out, as it fails without any mutant: {name}", file=sys.stderr)
-    seconds: dict[str, float] = {}
-    for taken, name in re.findall(
-        r"^([\d.]+)s (?:setup|call|teardown) +(\S.*)$", done.stdout, re.MULTILINE
-    ):
-        seconds[name] = seconds.get(name, 0.0) + float(taken)
-    return Unmutated(seconds, failed, executed)
 
 
 def failures(report: str) -> tuple[str, ...]:
