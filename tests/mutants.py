@@ -25,6 +25,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
@@ -45,9 +46,10 @@ PATIENCE = 3.0
 may loop for ever."""
 NEAREST = 8
 """So many files of tests are run where not all of a room's are."""
-LONGEST = 90.0
-"""Seconds after which a file of tests is left out where kernels are Python."""
-_ONE_AT_A_TIME = Lock()
+LONGEST = 150.0
+"""Seconds after which the nearest file of tests is left out where kernels are Python; the second
+gets half of it, the third a third."""
+_ONE_AT_A_TIME: dict[tuple[bool, tuple[str, ...]], Lock] = defaultdict(Lock)
 PASSED = (0, 5)
 """What pytest ends with where nothing failed, or there was no test."""
 
@@ -207,7 +209,7 @@ def statement(mutant: Mutant) -> range:
 
 def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
     """What tests do without a mutant; run once, in the repository itself."""
-    with _ONE_AT_A_TIME:
+    with _ONE_AT_A_TIME[kernels, tests]:
         return _unmutated(kernels, tests)
 
 
@@ -217,9 +219,9 @@ def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
     failed: list[str] = []
     executed: dict[str, dict[int, list[str]]] = {}
     # Where kernels are Python, one file may take an hour: then the others do.
-    for group in [(test,) for test in tests] if kernels else [tests]:
+    for number, group in enumerate([(test,) for test in tests] if kernels else [tests], start=1):
         try:
-            report, lines = _covered(kernels, group)
+            report, lines = _covered(kernels, group, LONGEST / number if kernels else None)
         except subprocess.TimeoutExpired:
             print(f"left out, as it takes long without compilation: {group[0]}", file=sys.stderr)
             continue
@@ -236,7 +238,9 @@ def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
     return Unmutated(seconds, tuple(failed), executed)
 
 
-def _covered(kernels: bool, tests: tuple[str, ...]) -> tuple[str, dict[str, dict[int, list[str]]]]:
+def _covered(
+    kernels: bool, tests: tuple[str, ...], limit: float | None
+) -> tuple[str, dict[str, dict[int, list[str]]]]:
     """What pytest reports, and the tests that execute each line, by modules."""
     from coverage import CoverageData
 
@@ -245,7 +249,6 @@ def _covered(kernels: bool, tests: tuple[str, ...]) -> tuple[str, dict[str, dict
     command = pytest_of(*coverage, *durations, *tests)
     with tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder, "coverage"))
-        limit = LONGEST if kernels else None
         done = ran(command, ROOT, kernels, limit, more={"COVERAGE_FILE": file})
         if done.returncode not in PASSED and not failures(done.stdout):
             report = done.stdout[-2000:] + done.stderr[-2000:]
