@@ -138,3 +138,51 @@ def test_it_is_complete_without_scripts(opened: Callable[..., Any]) -> None:
     assert tab.locator(".word").is_visible()
     assert tab.locator("table").count() > 10
     assert not tab.locator("button.theme").is_visible()
+
+
+PIXELS = "one => one.toDataURL()"
+
+
+def test_a_scene_turns_by_hand_and_by_keys_and_drives(opened: Callable[..., Any]) -> None:
+    tab = opened(reduced_motion="reduce")
+    root = tab.locator("details.turn").first
+    canvas = root.locator("canvas")
+    root.locator("summary").click()
+    looks = [canvas.evaluate(PIXELS)]
+    # Closed, then empty: something is drawn.
+    blank = "one => {const two = document.createElement('canvas'); two.width = one.width;"
+    blank += " two.height = one.height; return two.toDataURL()}"
+    assert looks[0] != canvas.evaluate(blank)
+
+    def changed() -> bool:
+        looks.append(canvas.evaluate(PIXELS))
+        return looks[-1] != looks[-2]
+
+    box = canvas.bounding_box()
+    tab.mouse.move(box["x"] + 200, box["y"] + 200)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 300, box["y"] + 180, steps=3)
+    tab.mouse.up()
+    assert changed()
+    for key in ("ArrowLeft", "ArrowUp", "+", "-"):
+        tab.keyboard.press(key)
+        assert changed(), key
+    for button in ("From above", "From behind", "Nearer", "Farther"):
+        root.get_by_role("button", name=button).click()
+        assert changed(), button
+    root.get_by_label("believed").click()
+    assert changed()
+    # The drive, step by step and by itself, to its end.
+    time = root.locator("output")
+    assert time.inner_text() == "0.0 s"
+    root.locator(".time input").focus()
+    tab.keyboard.press("ArrowRight")
+    assert time.inner_text() == "0.1 s"
+    assert changed()
+    last = int(root.locator(".time input").get_attribute("max"))
+    root.get_by_role("button", name="Drive").click()
+    root.get_by_role("button", name="Drive").wait_for(timeout=10_000)
+    assert time.inner_text().startswith(f"{0.1 * last:.1f} s")
+    # Another drive begins where this one did.
+    root.locator("select").select_option("0")
+    assert time.inner_text() == "0.0 s"

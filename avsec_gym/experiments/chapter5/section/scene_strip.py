@@ -11,12 +11,15 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.drive_drawing import draw_drive_from_above
 from avsec_gym.drawing.embedded_image import embedded
+from avsec_gym.drawing.turnable_scene.page_part import turnable_part
+from avsec_gym.drawing.turnable_scene.scene_data import turnable_scene
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
@@ -94,6 +97,7 @@ class SceneStrip:
         difference: The amplified difference of the first two images, as a data URI.
         factor: The factor of amplification.
         largest: Change of any channel of any pixel, grey levels.
+        turnable: The scene and its drives in space.
     """
 
     title: str
@@ -102,6 +106,7 @@ class SceneStrip:
     difference: str
     factor: int
     largest: float
+    turnable: Markup
 
 
 def scene_strips(
@@ -161,8 +166,13 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> SceneStrip:
     truth = outcomes.labels[telling.scenario]
     picture, factor, largest = amplified(*(run.frame.image(LEFT) for run in runs[:2]))
     detector = detector_name(telling.conditions[0].detector)
+    title = f"{detector}, scene {telling.scenario}, {telling.intention}"
+    names = [attack_name(one.attack, one.strength, one.whole_levels) for one in telling.conditions]
+    scene = turnable_scene(
+        title, list(zip(names, runs, strict=True)), truth[truth.category != DONT_CARE]
+    )
     return SceneStrip(
-        title=f"{detector}, scene {telling.scenario}, {telling.intention}",
+        title=title,
         rule=telling.rule,
         views=tuple(
             _view(condition, run, truth, _stored(outcomes, telling, condition))
@@ -171,6 +181,7 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> SceneStrip:
         difference=embedded(picture),
         factor=factor,
         largest=largest,
+        turnable=turnable_part(scene),
     )
 
 

@@ -11,6 +11,9 @@ from markupsafe import Markup
 
 from avsec_gym.drawing.page_figure import Figure, Key, Picture, PictureRow, line_key, mark_key
 from avsec_gym.drawing.page_table import Table, bounds, number
+from avsec_gym.drawing.turnable_scene.page_part import (
+    style_and_script as turnable_style_and_script,
+)
 from avsec_gym.experiments.chapter5.decoupling import Decoupling, RankCorrelation
 from avsec_gym.experiments.chapter5.figures import AttackFigures, ChapterFigures
 from avsec_gym.experiments.chapter5.patch_spreads import SpreadRow
@@ -95,9 +98,8 @@ def shown_strips(strips: Sequence[SceneStrip]) -> Markup:
 def style_and_script() -> tuple[str, str]:
     """CSS and JavaScript of all these sections."""
     templates = files(_PACKAGE) / "templates"
-    style, script = (
-        (templates / name).read_text("utf-8") for name in ("chapter5.css", "chapter5.js")
-    )
+    own = ((templates / name).read_text("utf-8") for name in ("chapter5.css", "chapter5.js"))
+    style, script = ("\n".join(both) for both in zip(own, turnable_style_and_script(), strict=True))
     return style, script
 
 
