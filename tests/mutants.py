@@ -2,7 +2,7 @@
 
     python tests/mutants.py                        # 300 mutants, about two hours; prints JSON
     python tests/mutants.py --count 40 --seed 7 --only planners metrics
-    python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped
+    python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped, on the same code
     python tests/mutants.py --jobs 2               # two at a time
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
@@ -16,8 +16,10 @@ from __future__ import annotations
 import argparse
 import ast
 import difflib
+import hashlib
 import json
 import os
+import pickle
 import random
 import re
 import shutil
@@ -46,7 +48,9 @@ PATIENCE = 3.0
 may loop for ever."""
 NEAREST = 8
 """So many files of tests are run where not all of a room's are."""
-LONGEST = 150.0
+KEPT: Path | None = None
+"""The folder beside `--keep` in which this process keeps what tests do without a mutant."""
+LONGEST = 100.0
 """Seconds after which the nearest file of tests is left out where kernels are Python; the second
 gets half of it, the third a third."""
 _ONE_AT_A_TIME: dict[tuple[bool, tuple[str, ...]], Lock] = defaultdict(Lock)
@@ -208,13 +212,23 @@ def statement(mutant: Mutant) -> range:
 
 
 def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
-    """What tests do without a mutant; run once, in the repository itself."""
+    """What tests do without a mutant; run once, in the repository itself, and kept."""
     with _ONE_AT_A_TIME[kernels, tests]:
         return _unmutated(kernels, tests)
 
 
+def kept_unmutated(kernels: bool, tests: tuple[str, ...]) -> Path | None:
+    """Where `--keep` keeps what these tests do without a mutant."""
+    asked = hashlib.sha256(f"{kernels} {tests}".encode()).hexdigest()[:16]
+    return None if KEPT is None else KEPT / f"{asked}.pickle"
+
+
 @cache
 def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
+    path = kept_unmutated(kernels, tests)
+    if path is not None and path.exists():
+        found: Unmutated = pickle.loads(path.read_bytes())
+        return found
     seconds: dict[str, float] = {}
     failed: list[str] = []
     executed: dict[str, dict[int, list[str]]] = {}
@@ -235,7 +249,11 @@ def _unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
             seconds[name] = seconds.get(name, 0.0) + float(taken)
     for name in failed:
         print(f"left out, as it fails without any mutant: {name}", file=sys.stderr)
-    return Unmutated(seconds, tuple(failed), executed)
+    found = Unmutated(seconds, tuple(failed), executed)
+    if path is not None:
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(pickle.dumps(found))
+    return found
 
 
 def _covered(
@@ -362,6 +380,9 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="mutants at once, each in a copy")
     parser.add_argument("--keep", type=Path, help="lines of JSON; goes on with what is there")
     options = parser.parse_args()
+    global KEPT
+    if options.keep:
+        KEPT = options.keep.with_suffix(".unmutated")
     known = options.keep.read_text().splitlines() if options.keep and options.keep.exists() else []
     rows = {json.dumps(_key(row)): row for row in map(json.loads, known)}
     sample = list(islice(all_mutants(options.only, options.seed), options.count))
