@@ -50,7 +50,7 @@ NEAREST = 8
 """So many files of tests are run where not all of a room's are."""
 KEPT: Path | None = None
 """The folder beside `--keep` in which this process keeps what tests do without a mutant."""
-LONGEST = 100.0
+LONGEST = 240.0
 """Seconds after which the nearest file of tests is left out where kernels are Python; the second
 gets half of it, the third a third."""
 _ONE_AT_A_TIME: dict[tuple[bool, tuple[str, ...]], Lock] = defaultdict(Lock)
