@@ -13,7 +13,7 @@ from avsec_gym.geometry import Floats, wrap_angle
 
 LATERAL_REACH = 1.5
 """Metres across the line of sight within which a detection may belong to an object."""
-_RADIAL_REACH = (2.0, 0.1)
+RADIAL_REACH = (2.0, 0.1)
 """The same along the line of sight: metres, and more for each metre of distance."""
 
 
@@ -23,7 +23,7 @@ def radial_reach(distance: Floats) -> Floats:
     Args:
         distance: The distances of the objects, metres, shape (N,).
     """
-    return np.asarray(_RADIAL_REACH[0] + _RADIAL_REACH[1] * distance)
+    return np.asarray(RADIAL_REACH[0] + RADIAL_REACH[1] * distance)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,22 +3,39 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, stdtrit
 
 from avsec_gym.box_overlap import overlap_area
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.error_model.drawn_errors import FOUND, LATENT, TURNED
-from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, radial_reach
+from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, RADIAL_REACH
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, FARTHEST, UNIT, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, RAYS
 from avsec_gym.closed_loop.light.light_drive import LightDrive
 from avsec_gym.closed_loop.light.road_table import wrapped
+from avsec_gym.closed_loop.light.t_quantiles import quantile_table, t_quantile
 from avsec_gym.closed_loop.relative_poses import in_world
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
+
+
+class _Errors(NamedTuple):
+    """An error model as kernels take it; of the components in their order, shape (K,) each."""
+
+    found: Floats
+    """Weights of the log-odds of a detection, shape (6,)."""
+    bias: Floats
+    scale: Floats
+    growth: Floats
+    quantiles: Floats
+    """That of `quantile_table`."""
+    turned_round: float
+    moving: bool
+    """Whether it is known how things move."""
+
 
 _RADIAL, _LATERAL, _TURN, _LOG_LENGTH, _LOG_WIDTH = range(len(COMPONENTS))
 
@@ -35,10 +52,15 @@ class LightErrors:
     def __init__(self, model: ErrorModel, moving: bool) -> None:
         self.model, self.moving = model, moving
         spreads = [model.spreads[name] for name in COMPONENTS]
-        self._found = np.array(model.found)
-        self._bias, self._scale, self._growth, self._freedom = np.array(
-            [(each.bias, each.scale, each.growth, each.freedom) for each in spreads]
-        ).T
+        self._errors = _Errors(
+            np.array(model.found, float),
+            np.array([each.bias for each in spreads], float),
+            np.array([each.scale for each in spreads], float),
+            np.array([each.growth for each in spreads], float),
+            quantile_table(tuple(each.freedom for each in spreads)),
+            model.turned_round,
+            moving,
+        )
         self._places = np.array(model.ghosts.seen).reshape(-1, 6)
         self.begin(0)
 
@@ -54,55 +76,29 @@ class LightErrors:
         """What is found at the present instant; called in the order of time."""
         traffic, frame, car = drive.place.traffic, drive.reached.frame, drive.car
         passed, self._time = drive.elapsed - self._time, drive.elapsed
-        pose = (float(car[0]), float(car[1]), float(car[3]))
-        there = np.flatnonzero(traffic.present[frame])
-        poses, sizes = traffic.poses[frame][there], traffic.sizes[there]
-        # Who is found, by normal numbers that are remembered from frame to frame.
-        latent = self._remembered(there, len(traffic.sizes), passed)
-        probabilities, distance, bearing = _views(
-            pose, poses, sizes, traffic.cars[there], self._found
-        )
-        shares = ndtr(latent)
-        seen = np.flatnonzero(shares[:, FOUND] < probabilities)
-        # What is wrong with what is found.
-        shares = shares[seen]
-        errors = stdtrit(self._freedom, shares[:, TURNED + 1 :])
-        away = distance[seen]
-        errors *= self._scale * np.exp(self._growth * np.minimum(away, FARTHEST)[:, None] / UNIT)
-        errors += self._bias
-        reach = radial_reach(away)
-        errors[:, _RADIAL] = np.clip(errors[:, _RADIAL], -reach, reach)
-        errors[:, _LATERAL] = np.clip(errors[:, _LATERAL], -LATERAL_REACH, LATERAL_REACH)
-        turned = shares[:, TURNED] < self.model.turned_round
-        found, extent = _displaced(poses[seen], sizes[seen], bearing[seen], errors, turned, pose)
-        ghosts = self._ghosts_at(pose, passed)
-        believed = np.concatenate([found, ghosts[:, :3]])
-        speeds = np.zeros(len(believed))
-        if self.moving:
-            true = traffic.speeds[frame][there]
-            speeds[: len(seen)] = _speeds_of(found, extent, true[seen], poses, sizes, true)
-        extent = np.concatenate([extent, ghosts[:, [5, 4]]])
-        kept = (extent > 0).all(axis=1)
-        return Belief(
-            drive.elapsed,
-            believed[kept],
-            extent[kept, 0],
-            extent[kept, 1],
-            speeds[kept],
-            drive.place.scene.road_type,
-        )
-
-    def _remembered(self, there: NDArray[np.int64], count: int, passed: float) -> Floats:
-        """The normal numbers of those who are there, shape (N, `LATENT`)."""
+        present = traffic.present[frame]
         if self._latent is None:
-            self._latent = np.full((count, LATENT), np.nan)
-        kept = np.full(LATENT, math.exp(-passed / self.model.error_seconds))
-        kept[FOUND] = math.exp(-passed / self.model.found_seconds)
-        fresh = self._random.standard_normal((len(there), LATENT))
-        before = self._latent[there]
-        fresh = np.where(np.isnan(before), fresh, kept * before + np.sqrt(1 - kept**2) * fresh)
-        self._latent[there] = fresh
-        return fresh
+            self._latent = np.full((len(present), LATENT), np.nan)
+        fresh = self._random.standard_normal((np.count_nonzero(present), LATENT))
+        keeps = (
+            math.exp(-passed / self.model.found_seconds),
+            math.exp(-passed / self.model.error_seconds),
+        )
+        _remember(self._latent, present, fresh, keeps)
+        pose = (float(car[0]), float(car[1]), float(car[3]))
+        ghosts = self._ghosts_at(pose, passed)
+        poses, length, width, speeds = _believed(
+            self._errors,
+            pose,
+            present,
+            traffic.poses[frame],
+            traffic.sizes,
+            traffic.cars,
+            traffic.speeds[frame],
+            self._latent,
+            ghosts,
+        )
+        return Belief(drive.elapsed, poses, length, width, speeds, drive.place.scene.road_type)
 
     def _ghosts_at(self, pose: tuple[float, float, float], passed: float) -> Floats:
         """The ghosts of this instant: some have gone, others have come."""
@@ -178,54 +174,120 @@ def _views(
 
 
 @kernel(nogil=True)
-def _displaced(
-    poses: Floats,
-    sizes: Floats,
-    bearing: Floats,
-    errors: Floats,
-    turned: NDArray[np.bool_],
-    pose: tuple[float, float, float],
-) -> tuple[Floats, Floats]:
-    """World poses and sizes of detections with their errors."""
-    poses, sizes = poses.copy(), sizes.copy()
-    for i in range(len(poses)):
-        angle = bearing[i] + pose[2]
-        cos, sin = np.cos(angle), np.sin(angle)
-        radial, lateral = errors[i, _RADIAL], errors[i, _LATERAL]
-        poses[i, 0] += cos * radial - sin * lateral
-        poses[i, 1] += sin * radial + cos * lateral
-        poses[i, 2] += errors[i, _TURN] + (np.pi if turned[i] else 0.0)
-        # Tails are heavy, cars are not: a third to three times the size.
-        sizes[i, 0] *= np.exp(min(max(errors[i, _LOG_LENGTH], -1.0), 1.0))
-        sizes[i, 1] *= np.exp(min(max(errors[i, _LOG_WIDTH], -1.0), 1.0))
-    return poses, sizes
+def _remember(
+    latent: Floats, present: NDArray[np.bool_], fresh: Floats, keeps: tuple[float, float]
+) -> None:
+    """Bring the normal numbers of those who are there to this instant.
+
+    Args:
+        latent: Those of all actors, NaN before they were there, shape (N, `LATENT`); changed.
+        present: Who is there, shape (N,).
+        fresh: New ones for those, in their order, shape (P, `LATENT`).
+        keeps: How much of who is found, and of all else, is remembered.
+    """
+    row = 0
+    for i in range(len(present)):
+        if not present[i]:
+            continue
+        for k in range(LATENT):
+            kept, new = keeps[0] if k == FOUND else keeps[1], fresh[row, k]
+            if not np.isnan(latent[i, k]):
+                new = kept * latent[i, k] + np.sqrt(1.0 - kept**2) * new
+            latent[i, k] = new
+        row += 1
 
 
 @kernel(nogil=True)
-def _speeds_of(
-    detected: Floats,
-    extent: Floats,
-    own: Floats,
-    poses: Floats,
-    sizes: Floats,
-    speeds: Floats,
-) -> Floats:
-    """`matched_speeds` of detections, which move where what they are detections of does."""
-    found = np.zeros(len(detected))
-    one, other = np.empty(5), np.empty(5)
-    for d in range(len(detected)):
-        if own[d] == 0.0:
+def _believed(
+    errors: _Errors,
+    pose: tuple[float, float, float],
+    present: NDArray[np.bool_],
+    all_poses: Floats,
+    all_sizes: Floats,
+    all_cars: NDArray[np.bool_],
+    all_speeds: Floats,
+    latent: Floats,
+    ghosts: Floats,
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Poses, lengths, widths and speeds of what is found, with its errors, and of ghosts."""
+    there = np.flatnonzero(present)
+    poses, sizes, true = all_poses[there], all_sizes[there], all_speeds[there]
+    probabilities, distance, bearing = _views(pose, poses, sizes, all_cars[there], errors.found)
+    most = len(there) + len(ghosts)
+    found, extent, speeds = np.empty((most, 3)), np.empty((most, 2)), np.zeros(most)
+    count = 0
+    for i in range(len(there)):
+        # Found as likely as the model wants it.
+        own = latent[there[i]]
+        if not _share(own[FOUND]) < probabilities[i]:
             continue
-        one[0], one[1], one[4] = detected[d, 0], detected[d, 1], detected[d, 2]
-        one[2], one[3] = extent[d, 0], extent[d, 1]
-        best = 0.0
-        for i in range(len(poses)):
-            other[0], other[1], other[4] = poses[i, 0], poses[i, 1], poses[i, 2]
-            other[2], other[3] = sizes[i, 0], sizes[i, 1]
-            common = overlap_area(one, other)
-            share = common / (one[2] * one[3] + other[2] * other[3] - common)
-            if share > best:
-                best = share
-                backwards = np.cos(detected[d, 2] - poses[i, 2]) < 0
-                found[d] = -speeds[i] if backwards else speeds[i]
+        found[count], extent[count] = poses[i], sizes[i]
+        _displace(found[count], extent[count], errors, own, distance[i], bearing[i] + pose[2])
+        if errors.moving:
+            speeds[count] = _speed_of(found[count], extent[count], true[i], poses, sizes, true)
+        count += (extent[count] > 0.0).all()
+    for ghost in ghosts:
+        found[count] = ghost[:3]
+        extent[count, 0], extent[count, 1], speeds[count] = ghost[5], ghost[4], 0.0
+        count += (extent[count] > 0.0).all()
+    return found[:count], extent[:count, 0].copy(), extent[:count, 1].copy(), speeds[:count]
+
+
+@kernel(nogil=True)
+def _displace(
+    pose: Floats, extent: Floats, errors: _Errors, own: Floats, distance: float, angle: float
+) -> None:
+    """Change world pose and size of a detection by its errors.
+
+    Args:
+        pose: x, y, heading.
+        extent: Length and width.
+        errors: The model.
+        own: The object's normal numbers, shape (`LATENT`,).
+        distance: Metres to the object.
+        angle: The line of sight to it, in the world, radians.
+    """
+    error = np.empty(len(errors.bias))
+    away = min(distance, FARTHEST) / UNIT
+    for k in range(len(error)):
+        drawn = t_quantile(errors.quantiles, k, own[TURNED + 1 + k])
+        error[k] = errors.bias[k] + errors.scale[k] * np.exp(errors.growth[k] * away) * drawn
+    reach = RADIAL_REACH[0] + RADIAL_REACH[1] * distance
+    radial = min(max(error[_RADIAL], -reach), reach)
+    lateral = min(max(error[_LATERAL], -LATERAL_REACH), LATERAL_REACH)
+    cos, sin = np.cos(angle), np.sin(angle)
+    pose[0] += cos * radial - sin * lateral
+    pose[1] += sin * radial + cos * lateral
+    pose[2] += error[_TURN] + (np.pi if _share(own[TURNED]) < errors.turned_round else 0.0)
+    # Tails are heavy, cars are not: a third to three times the size.
+    extent[0] *= np.exp(min(max(error[_LOG_LENGTH], -1.0), 1.0))
+    extent[1] *= np.exp(min(max(error[_LOG_WIDTH], -1.0), 1.0))
+
+
+@kernel(nogil=True)
+def _share(normal: float) -> float:
+    """How much of a standard normal distribution lies below a number."""
+    return 0.5 * math.erfc(-normal * math.sqrt(0.5))
+
+
+@kernel(nogil=True)
+def _speed_of(
+    detected: Floats, extent: Floats, own: float, poses: Floats, sizes: Floats, speeds: Floats
+) -> float:
+    """`matched_speeds` of a detection, which moves where what it is a detection of does."""
+    if own == 0.0:
+        return 0.0
+    one, other = np.empty(5), np.empty(5)
+    one[0], one[1], one[4] = detected[0], detected[1], detected[2]
+    one[2], one[3] = extent[0], extent[1]
+    best, found = 0.0, 0.0
+    for i in range(len(poses)):
+        other[0], other[1], other[4] = poses[i, 0], poses[i, 1], poses[i, 2]
+        other[2], other[3] = sizes[i, 0], sizes[i, 1]
+        common = overlap_area(one, other)
+        share = common / (one[2] * one[3] + other[2] * other[3] - common)
+        if share > best:
+            best = share
+            backwards = np.cos(detected[2] - poses[i, 2]) < 0
+            found = -speeds[i] if backwards else speeds[i]
     return found
