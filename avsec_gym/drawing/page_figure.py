@@ -109,7 +109,7 @@ def mark_key(kind: str, words: str, shape: str = "circle", size: float = 4.5) ->
         shape: The mark's shape, as of `avsec_gym.drawing.page_plots.marker`.
         size: The mark's radius, pixels.
     """
-    hollow = " hollow" if "hollow" in kind.split() else ""
+    styles = "".join(f" {name}" for name in kind.split() if name in ("hollow", "theirs"))
     drawn = outline((7, 7), shape, size)
-    sample = f'<svg viewBox="0 0 14 14" class="sample{hollow}" aria-hidden="true">{drawn}</svg>'
+    sample = f'<svg viewBox="0 0 14 14" class="sample{styles}" aria-hidden="true">{drawn}</svg>'
     return Key(kind.split()[-1], sample, words)

@@ -123,7 +123,8 @@ def marker(at: Point, shape: str, kind: str, hint: str, *, focus: bool = False) 
     Args:
         at: Pixels.
         shape: ``circle``, ``square``, ``diamond``, ``triangle`` or ``plus``.
-        kind: Class names; ``hollow`` is not filled, ``small`` is smaller.
+        kind: Class names; ``hollow`` is not filled, ``small`` is smaller, ``theirs`` goes where a
+            reader leaves the thesis' values out.
         hint: The text that is shown where the pointer rests on it.
         focus: Whether it can be reached by keyboard, too.
     """

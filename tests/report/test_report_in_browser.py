@@ -186,3 +186,21 @@ def test_a_scene_turns_by_hand_and_by_keys_and_drives(opened: Callable[..., Any]
     # Another drive begins where this one did.
     root.locator("select").select_option("0")
     assert time.inner_text() == "0.0 s"
+
+
+def test_the_thesis_values_go_by_a_switch_that_is_remembered(opened: Callable[..., Any]) -> None:
+    tab = opened()
+    shown = "all => all.filter(one => one.getClientRects().length).length"
+    switch = tab.get_by_role("button", name="The thesis’ values")
+    marks, cells, keys = ".mark.theirs", "td .thesis", ".legend .theirs"
+    assert all(tab.eval_on_selector_all(each, shown) for each in (marks, cells, keys))
+    switch.click()
+    assert switch.get_attribute("aria-pressed") == "false"
+    assert not any(tab.eval_on_selector_all(each, shown) for each in (marks, cells, keys))
+    ours = tab.eval_on_selector_all(".mark:not(.theirs)", shown)
+    assert ours > 20
+    tab.reload()
+    assert not tab.eval_on_selector_all(marks, shown)
+    tab.get_by_role("button", name="The thesis’ values").click()
+    assert tab.eval_on_selector_all(marks, shown)
+    assert tab.eval_on_selector_all(".mark:not(.theirs)", shown) == ours

@@ -58,8 +58,8 @@ class LightErrors:
             np.array([each.scale for each in spreads], float),
             np.array([each.growth for each in spreads], float),
             quantile_table(tuple(each.freedom for each in spreads)),
-            model.turned_round,
-            moving,
+            float(model.turned_round),
+            bool(moving),
         )
         self._places = np.array(model.ghosts.seen).reshape(-1, 6)
         self.begin(0)

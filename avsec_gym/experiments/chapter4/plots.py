@@ -95,7 +95,7 @@ def _detection_figure(
             marks = [
                 Mark(
                     (100 * rate, 100 * share),
-                    "hollow small line-0",
+                    "hollow small theirs line-0",
                     f"The thesis, r = {rate:g}: {number(share, 100, 0)} %",
                 )
                 for rate, share in DETECTION.items()

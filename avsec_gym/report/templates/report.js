@@ -3,10 +3,10 @@
   const root = document.documentElement;
   const button = document.querySelector("button.theme");
   // Pages opened from a disk may have no storage.
-  const stored = (value) => {
+  const stored = (name, value) => {
     try {
-      if (value === undefined) return localStorage.getItem("avsec-theme");
-      localStorage.setItem("avsec-theme", value);
+      if (value === undefined) return localStorage.getItem(name);
+      localStorage.setItem(name, value);
     } catch { /* then the choice lasts as long as the page */ }
     return value ?? null;
   };
@@ -17,14 +17,29 @@
     else root.dataset.theme = choice;
     button.textContent = `Colours: ${choice}`;
   };
-  show(stored() ?? "auto");
+  show(stored("avsec-theme") ?? "auto");
   button.hidden = false;
   button.addEventListener("click", () => {
     const order = ["auto", "light", "dark"];
     const choice = order[(order.indexOf(shown) + 1) % order.length];
-    stored(choice);
+    stored("avsec-theme", choice);
     show(choice);
   });
+
+  const theirs = document.querySelector("button.thesis-values");
+  if (theirs && document.querySelector(".theirs, td .thesis")) {
+    const besideThesis = (shown) => {
+      root.classList.toggle("without-thesis", !shown);
+      theirs.setAttribute("aria-pressed", String(shown));
+    };
+    besideThesis(stored("avsec-thesis") !== "hidden");
+    theirs.hidden = false;
+    theirs.addEventListener("click", () => {
+      const shown = theirs.getAttribute("aria-pressed") !== "true";
+      stored("avsec-thesis", shown ? "shown" : "hidden");
+      besideThesis(shown);
+    });
+  }
 
   const hint = document.createElement("div");
   hint.id = "hint";

@@ -213,7 +213,7 @@ def _curves(title: str, lines: Lines, thesis: Sequence[Point] = ()) -> str:
     ]
     for rate, share in thesis:
         hint = f"The thesis, r = {rate:g} %: {number(share, digits=2)}"
-        parts.append(marker(frame.at((rate, share)), "circle", "hollow small line-0", hint))
+        parts.append(marker(frame.at((rate, share)), "circle", "hollow small theirs line-0", hint))
     return drawing(WIDTH, HEIGHT, parts, f"{title}: rates over r, in percent")
 
 

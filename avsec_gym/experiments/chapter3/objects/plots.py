@@ -49,7 +49,7 @@ def figure_of_sensitivity(summary: SensitivitySummary) -> Figure:
     return Figure(
         "Figures 3.11 and 3.12: what is detected, and what a detector still finds, %",
         draw_sensitivity(summary),
-        [*legend, mark_key("hollow line-1", "AP in the thesis", size=4)],
+        [*legend, mark_key("hollow theirs line-1", "AP in the thesis", size=4)],
         layout="maps",
         label="Figures 3.11 and 3.12",
     )
@@ -89,7 +89,9 @@ def _draw(what: str, curve: SensitivityCurve) -> str:
         thesis = PRECISION_OF_SIZE.get((what, row.size))
         if thesis is not None:
             hint = f"The thesis’ AP: {number(thesis, 100, 2)}"
-            marks.append(marker(frame.at((x, 100 * thesis)), "circle", "hollow line-1", hint))
+            marks.append(
+                marker(frame.at((x, 100 * thesis)), "circle", "hollow theirs line-1", hint)
+            )
     label = f"{words}: what is detected, and AP, in percent, over the attack’s size"
     return drawing(_WIDTH, _HEIGHT, [*parts, *marks], label)
 

@@ -126,7 +126,9 @@ def _draw(
     for attack, strength, point in theirs:
         hint = f"Thesis, {attack_name(attack, strength)}: {_said(point)}"
         shape = SHAPES[attack]
-        parts.append(marker(frame.at(point), shape, f"hollow {colour(attack)}", hint, focus=True))
+        parts.append(
+            marker(frame.at(point), shape, f"hollow theirs {colour(attack)}", hint, focus=True)
+        )
     for row in rows:
         at, attack, strength = frame.at(_point(row)), row.condition.attack, row.condition.strength
         parts.append(marker(at, SHAPES[attack], colour(attack), _hint(row), focus=True))

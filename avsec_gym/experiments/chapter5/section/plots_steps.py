@@ -125,7 +125,7 @@ def _draw(
         else:
             for n, value in theirs:
                 hint = f"Thesis, {line}, n {n}: {number(value)}"
-                marks.append(marker(frame.at((n, value)), "circle", f"hollow {kind}", hint))
+                marks.append(marker(frame.at((n, value)), "circle", f"hollow theirs {kind}", hint))
         way = [(n, value) for n, (value, _, _) in known.items() if value is not None]
         parts.append(polyline([frame.at(point) for point in way], kind))
         for n, value in way:

@@ -56,7 +56,7 @@ def answer_of(worded: WordedAnswer, decoupling: Decoupling) -> Answer:
     figure = Figure(
         "What each attack takes",
         draw_losses(attacks),
-        [*legend(attacks), mark_key("hollow of-soft", "hollow: the thesis")],
+        [*legend(attacks), mark_key("hollow theirs of-soft", "hollow: the thesis")],
         "Were precision a guide to safety, marks would climb to the right. A pair of attacks goes"
         " against that if one surely takes more precision and surely less safety, after Holm’s"
         " correction for all pairs of the detector. Thin crosses: 95 % bootstrap intervals over"
@@ -171,7 +171,7 @@ def _precision_section(found: AttackFigures, tables: Sequence[Table]) -> Section
         drawings,
         [
             *map(line_key, _LINES, ("easy", "moderate", "hard")),
-            mark_key("hollow of-soft", "the thesis, where it gives a number"),
+            mark_key("hollow theirs of-soft", "the thesis, where it gives a number"),
         ],
         label="Figure 5.3",
     )
