@@ -112,24 +112,34 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 
 @cache
-def tests_of(module: str, kernels: bool) -> tuple[str, ...]:
-    """The tests of a module's room.
+def tests_of(module: str, kernels: bool) -> tuple[tuple[str, ...], ...]:
+    """The tests of a module's room, and the nearest of other rooms, for what those let pass.
 
-    Of a room of one file, those nearest to it; where kernels are slow, being Python, likewise.
+    Of a room of one file, those nearest to it alone; where kernels are slow, being Python, likewise
+    and only of the room.
     """
     room = Path("tests", Path(module).parts[1])
-    if not (room.suffix or kernels):
-        return (str(room),)
     command = [sys.executable, str(ROOT / "tests/which.py"), module]
     lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     nearest = [line.split()[0] for line in lines.splitlines()]
-    own = [test for test in nearest if room.suffix or Path(test).is_relative_to(room)]
-    return tuple(own[:NEAREST])
+    if room.suffix:
+        return (tuple(nearest[:NEAREST]),)
+    own = [test for test in nearest if Path(test).is_relative_to(room)]
+    if kernels:
+        return (tuple(own[:NEAREST]),)
+    others = tuple(test for test in nearest if test not in own)[:NEAREST]
+    return ((str(room),), others) if others else ((str(room),),)
 
 
 def killed_by(copy: Path, kernels: bool, mutant: Mutant) -> str:
     """The test that fails; empty if the mutant survives."""
-    usual = unmutated(kernels, tests_of(mutant.module, kernels))
+    groups = tests_of(mutant.module, kernels)
+    found = (_killed_by(copy, kernels, mutant, group) for group in groups)
+    return next(filter(None, found), "")
+
+
+def _killed_by(copy: Path, kernels: bool, mutant: Mutant, group: tuple[str, ...]) -> str:
+    usual = unmutated(kernels, group)
     tests = usual.that_execute(mutant)
     if not tests:
         return ""
