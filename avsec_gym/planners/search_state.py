@@ -44,7 +44,7 @@ class SearchState(NamedTuple):
 
 @register_jitable
 def new_state(nodes: int, table: int) -> SearchState:
-    """Memory in which anything may stand before `begin`.
+    """Empty memory.
 
     Args:
         nodes: Room for so many.
@@ -55,7 +55,7 @@ def new_state(nodes: int, table: int) -> SearchState:
         np.empty((nodes, 4), np.int32),
         np.empty(nodes),
         np.empty(nodes, np.int64),
-        np.empty(table, np.int64),
+        np.full(table, -1),
         np.zeros(5, np.int64),
     )
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.drawing.page_table import Table, number
@@ -57,6 +57,7 @@ def page_environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters["kind"] = _kind
+    environment.filters["heading"] = _heading
     return environment
 
 
@@ -71,6 +72,16 @@ def joined(environment: Environment, name: str, own: Iterable[str] = ()) -> Mark
     assert environment.loader is not None
     source, *_ = environment.loader.get_source(environment, name)
     return Markup("\n".join(dict.fromkeys([source, *(text for text in own if text)])))
+
+
+def _heading(title: str) -> Markup:
+    """A title of its own, and after it the place in the thesis that it begins with, if any."""
+    place, colon, own = title.partition(": ")
+    if not (colon and place.startswith(("Figure", "Table", "Section"))):
+        return escape(title)
+    place = place[0].lower() + place[1:]
+    of_thesis = Markup('<small class="theirs">thesis, {}</small>').format(place)
+    return Markup("{} {}").format(own[0].upper() + own[1:], of_thesis)
 
 
 def _kind(part: SectionPart) -> str:

@@ -69,8 +69,9 @@ def test_a_page_holds_everything_it_needs(page: Path) -> None:
     assert {link[1:] for link in parsed.links if link.startswith("#")} <= ids
     assert "story" not in ids  # The demo shares these cells, and has a page of its own.
     for words in (
-        *("Table 5.2", "Table 5.7", "Figure 5.3", "McNemar", "Sanity sheet", "Flips"),
-        *("Section 5.5.1: ghosts", "Section 5.5.2: DSGN with its", "Figure 5.8: how far"),
+        *("thesis, table 5.2", "thesis, table 5.7", "thesis, figure 5.3", "McNemar"),
+        *("Sanity sheet", "Flips", "thesis, section 5.5.1", "thesis, section 5.5.2"),
+        *("<h3>How far a patch spreads", '<small class="theirs">thesis, figure 5.8</small>'),
     ):
         assert words in text
 

@@ -118,12 +118,12 @@ def test_a_page_shows_what_sensors_detect(
     said = capsys.readouterr().err
     assert validation_sentences(row_of(chapter_3.ValidationSummary, summary))[0] in said
     page = (run.path / "report.html").read_text()
-    for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "1 m wide"):
+    for words in ("thesis, table 3.1", "thesis, table 3.2", "99.89", "98.15", "1 m wide"):
         assert words in page
     for figure, panels in (("3.5", 7), ("3.6", 8), ("3.7", 7), ("3.8", 8), ("3.9", 15)):
-        box = page.partition(f"<h3>Figure {figure}")[2].partition("</ul>")[0]
+        box = page.partition(f"thesis, figure {figure}<")[2].partition("</ul>")[0]
         assert box.count("<svg") == panels
-    box = page.partition("<h3>Figure 3.10")[2].partition("</ul>")[0]
+    box = page.partition("thesis, figure 3.10<")[2].partition("</ul>")[0]
     assert box.count("<svg") == 4
     assert "The thesis, r = 1 %: 97.60" in box
     assert "of 24 drives" in page
@@ -133,7 +133,7 @@ def test_a_page_shows_what_sensors_detect(
         len(figures["reliability"]) for figures in both
     )
     # The mean of all cases, with the thesis beside it.
-    box = page.partition("<h3>Figure 3.8")[2].partition("</ul>")[0]
+    box = page.partition("thesis, figure 3.8<")[2].partition("</ul>")[0]
     assert "The thesis, r = 1 %: 99.97" in box
     text = markdown_page(report)
     told = {(row["kind"], *row["attacked"]): row for row in summary["adaptive_attacks"]}
