@@ -96,7 +96,7 @@ class PatchAttack:
 
 
 def _report_other_weights(card: PatchCard | None, detector: Any) -> None:
-    name = getattr(detector, "name", None)
+    name = getattr(detector, "network_name", getattr(detector, "name", None))
     trained = card.detectors.get(name) if card is not None and isinstance(name, str) else None
     if trained is None or trained == (today := weights_hash(detector)):
         return

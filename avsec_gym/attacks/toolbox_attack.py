@@ -16,6 +16,9 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.suggestions import unknown_name
 
+_NEEDED = {"SquareAttack": {"adv_criterion", "loss"}}
+"""What ART would ask a classifier for."""
+
 
 @dataclass(frozen=True, eq=False)
 class ToolboxAttack:
@@ -28,8 +31,9 @@ class ToolboxAttack:
         name: Name of the attack in results; None: ``art`` and the method.
 
     Raises:
-        ConfigurationError: ART is not installed, has no such attack, or one that takes other
-            arguments or asks for a classifier.
+        ConfigurationError: ART is not installed, has no such attack, or one that has no such
+            arguments, needs others or asks for a classifier.  Values are ART's to check, when it
+            attacks.
     """
 
     method: str = "ProjectedGradientDescent"
@@ -52,7 +56,7 @@ class ToolboxAttack:
             )
         kind = self._kind()
         for name in self.arguments:
-            if name not in kind.attack_params:
+            if name not in _known(kind):
                 problem = f"arguments: ART's {method} has no argument {shown(name)}"
                 raise ConfigurationError(unknown_name(problem, str(name), _known(kind)))
 
@@ -103,6 +107,11 @@ class ToolboxAttack:
         if self.method not in kinds:
             problem = f"method: ART has no attack {shown(self.method)} with a largest change `eps`"
             raise ConfigurationError(unknown_name(problem, self.method, can_run))
+        if missing := _NEEDED.get(self.method, set()) - set(self.arguments):
+            raise ConfigurationError(
+                f"arguments: ART's {self.method} needs functions, {' and '.join(sorted(missing))},"
+                " which no JSON can hold: make it in Python"
+            )
         return getattr(evasion, self.method)
 
     def _made(self, estimator: Any) -> Any:

@@ -31,6 +31,7 @@ from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.perception.detectors.detector import network_name
 from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.experiment import Configuration
@@ -221,6 +222,8 @@ def _share(run: RunFolder, setting: Setting, name: str) -> Share | None:
 def _name(part: Any) -> str:
     if isinstance(part, str):
         return part
+    if part["name"] == "defended":
+        return str(make(Kind.DETECTOR, part).name)
     return Path(part["detections"]).name if is_replayed(part) else str(part["name"])
 
 
@@ -250,10 +253,12 @@ def _weights(kind: Entered, part: Any) -> dict[str, str]:
         detectors += [parts.get("detector"), attack.get("of") if isinstance(attack, dict) else None]
     hashes = {}
     for detector in detectors:
-        if detector is None or is_replayed(detector) or _name(detector) in hashes:
+        if detector is None or is_replayed(detector):
             continue
-        if (found := weights_hash(make(Kind.DETECTOR, detector))) is not None:
-            hashes[_name(detector)] = found
+        made = make(Kind.DETECTOR, detector)
+        name = network_name(made)
+        if name not in hashes and (found := weights_hash(made)) is not None:
+            hashes[name] = found
     return hashes
 
 

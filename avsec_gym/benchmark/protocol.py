@@ -34,6 +34,8 @@ DETECTORS = ("dsgn", "stereo_rcnn")
 PERTURBATION = {"name": "projected_pgd", "epsilon": 4.0, "steps": 7}
 UNATTACKED, WHITE_BOX, TRANSFERRED, PATCH = "unattacked", "white_box", "transferred", "patch"
 TRUTH = "truth"
+_AROUND = ("defended", "attacked")
+"""Detectors around another one, which is what an attacker has to do with."""
 VALIDATED = " validated"
 """What the names of a validator's settings end with where it stands before the detector."""
 OPTICAL = {
@@ -137,6 +139,8 @@ def unknowing_attacks(part: Any) -> dict[str, dict[str, Any] | None]:
     Args:
         part: The detector.
     """
+    while isinstance(part, Mapping) and part["name"] in _AROUND:
+        part = part["detector"]
     name = part if isinstance(part, str) else part["name"]
     of = DETECTORS[1] if name == DETECTORS[0] else DETECTORS[0]
     transferred = {"name": "transferred", "attack": PERTURBATION, "of": of}

@@ -130,10 +130,11 @@ class PatchAttackEnv(SensorAttackEnv):
         """
         from avsec_gym.attacks.patch import PatchAttack
         from avsec_gym.attacks.patch_files import shipped_patch
+        from avsec_gym.perception.detectors.detector import network_name
 
         patch = self._given_patch
         if patch is None:
-            own = shipped_patch(self.game.pipeline.detector.name)
+            own = shipped_patch(network_name(self.game.pipeline.detector))
             patch = own if own.is_file() else "noise"
         return cast("Patch", PatchAttack(patch).patch)
 

@@ -12,9 +12,7 @@ import shapely
 from avsec_gym.argument_checks import shown
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.bounds import (
-    COORDINATE,
-)
+from avsec_gym.scenario.bounds import COORDINATE
 
 _GAP = 0.01
 """Metres; narrower gaps between lanelets are drawing errors."""

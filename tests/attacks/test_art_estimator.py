@@ -220,6 +220,11 @@ def test_what_cannot_run_says_so() -> None:
         ToolboxAttack("AutoProjectedGradientDescent")
     with pytest.raises(ConfigurationError, match="strength"):
         ToolboxAttack("FastGradientMethod", 4.0, {"strength": 3})
+    for given in ({"eps": 8}, {"verbose": True}):
+        with pytest.raises(ConfigurationError, match="has no argument"):
+            ToolboxAttack(arguments=given)
+    with pytest.raises(ConfigurationError, match="adv_criterion and loss"):
+        make("attack", {"name": "art", "method": "SquareAttack"})
     with pytest.raises(ConfigurationError, match='Did you mean "max_iter"'):
         make("attack", {"name": "art", "arguments": {"max_itr": 3}})
     with pytest.raises(ConfigurationError, match="cannot be made"):

@@ -39,6 +39,16 @@ def test_gradients_are_transferred_from_another_detector() -> None:
         assert attack["of"] != (part if isinstance(part, str) else part["name"])
 
 
+def test_a_defence_is_attacked_as_what_stands_behind_it() -> None:
+    plain = unknowing_attacks("dsgn")
+    for part in (
+        {"name": "defended", "detector": "dsgn", "defence": "jpeg"},
+        {"name": "defended", "detector": {"name": "defended", "detector": {"name": "dsgn"}}},
+    ):
+        assert unknowing_attacks(part) == plain
+    assert plain["transferred"]["of"] == "stereo_rcnn"
+
+
 def test_an_attack_meets_both_detectors_with_and_without_it() -> None:
     settings = by_name(Entered.ATTACK, {"name": "facula", "camera": 3})
     assert [*settings] == ["dsgn", "dsgn attacked", "stereo_rcnn", "stereo_rcnn attacked"]

@@ -167,6 +167,8 @@ def test_a_scene_turns_by_hand_and_by_keys_and_drives(opened: Callable[..., Any]
     for key in ("ArrowLeft", "ArrowUp", "+", "-"):
         tab.keyboard.press(key)
         assert changed(), key
+    tab.keyboard.press("Control+ArrowLeft")  # The browser's.
+    assert not changed()
     for button in ("From above", "From behind", "Nearer", "Farther"):
         root.get_by_role("button", name=button).click()
         assert changed(), button

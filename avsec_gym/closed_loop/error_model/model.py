@@ -39,6 +39,8 @@ FARTHEST = 60.0
 they were as near as this, since a growth that goes on would put them anywhere."""
 _LARGEST = 1e3
 """Of a ghost's place, metres, and of its heading."""
+_FEWEST = 0.1
+"""Degrees of freedom; with fewer, errors are beyond all numbers."""
 _REMEDY = "Fit it anew with `avsec error-model fit`."
 
 
@@ -198,6 +200,8 @@ def _check(model: ErrorModel) -> None:
     sizes = [part for ghost in ghosts.seen for part in ghost[3:]]
     if not all(0 < value < 1e6 for value in positive + sizes):
         raise ValueError("times, scales and sizes are positive")
+    if any(spread.freedom < _FEWEST for spread in model.spreads.values()):
+        raise ValueError(f"degrees of freedom are {_FEWEST} or more")
     of_any_sign = [*model.found]
     of_any_sign += [
         part for spread in model.spreads.values() for part in (spread.bias, spread.growth)

@@ -70,11 +70,13 @@
         this.come(Math.exp(0.001 * event.deltaY));
       }, { passive: false });
       canvas.addEventListener("keydown", (event) => {
+        // The browser's own, such as to enlarge the page.
+        if (event.ctrlKey || event.metaKey || event.altKey) return;
         const turns = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
         const nears = { "+": 0.8, "=": 0.8, "-": 1.25 };
         if (turns[event.key]) this.turn(...turns[event.key]);
         else if (nears[event.key]) this.come(nears[event.key]);
-        else if (event.key === " ") this.play();
+        else if (event.key === " ") { if (!event.repeat) this.play(); }
         else return;
         event.preventDefault();
       });
@@ -231,6 +233,7 @@
   }
 
   document.querySelectorAll("details.turn").forEach((root) => {
+    root.hidden = false;
     // Nothing is read or drawn before somebody wants to see it.
     root.addEventListener("toggle", () => { root.turnable ??= new Turnable(root); });
   });

@@ -22,13 +22,15 @@ def boxes_by_vote(found: Sequence[Boxes3D]) -> Boxes3D:
     were misled move it little; its score is the mean over all looks, 0 in those without it.
 
     Args:
-        found: The boxes of each look, with 2D boxes and alpha or without, but alike.
+        found: The boxes of each look; where something was found, with 2D boxes and alpha in all, or
+            in none.
 
     Returns:
         The objects, best score first.
     """
     looks = np.repeat(np.arange(len(found)), [len(each) for each in found])
-    boxes = Boxes3D.concatenate(found)
+    # Who finds nothing may not have said what kind of nothing.
+    boxes = Boxes3D.concatenate([each for each in found if len(each)] or found[:1])
     order = np.argsort(-boxes.score, kind="stable")
     looks, boxes = looks[order], boxes[order]
     corners = ground_rectangles(boxes.location, boxes.dimensions, boxes.rotation_y)

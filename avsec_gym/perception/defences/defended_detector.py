@@ -11,10 +11,15 @@ import numpy as np
 
 from avsec_gym.argument_checks import seed_number, whole_number
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.perception.defences.box_vote import boxes_by_vote
 from avsec_gym.perception.defences.image_defence import ImageDefence
-from avsec_gym.perception.detectors.detector import Detector, DifferentiableDetector
+from avsec_gym.perception.detectors.detector import (
+    Detector,
+    DifferentiableDetector,
+    network_name,
+)
 from avsec_gym.registry import Kind, made_part
 
 if TYPE_CHECKING:  # Detectors that only look things up need no torch.
@@ -55,6 +60,11 @@ def defended_detector(
     inner: Detector = made_part("detector", Kind.DETECTOR, detector)
     change: ImageDefence = made_part("defence", Kind.DEFENCE, defence)
     copies = whole_number("copies", copies, 1, _MOST_COPIES)
+    if copies > 1 and getattr(inner, "image_only", False):
+        raise ConfigurationError(
+            f"copies is 1 for a detector of single images, such as {inner.name!r}: its boxes have"
+            " no places, by which several looks could be compared"
+        )
     seed = seed_number("seed", seed)
     if isinstance(inner, DifferentiableDetector):
         return DifferentiableDefendedDetector(inner, change, copies, seed)
@@ -81,6 +91,16 @@ class DefendedDetector:
     def network(self) -> Any:
         """The detector's network, if it has one: whose weights an attack was made for."""
         return getattr(self._detector, "network", None)
+
+    @property
+    def network_name(self) -> str:
+        """See `avsec_gym.perception.detectors.detector.network_name`."""
+        return network_name(self._detector)
+
+    @property
+    def configuration(self) -> Any:
+        """The network's configuration, if it has one: whose width rendered cameras have."""
+        return getattr(self._detector, "configuration", None)
 
     @property
     def image_only(self) -> bool:

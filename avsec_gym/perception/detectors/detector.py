@@ -29,6 +29,11 @@ class Detector(Protocol):
         ...
 
 
+def network_name(detector: Detector) -> str:
+    """The name of the network that looks, behind whichever defence: patches are filed under it."""
+    return str(getattr(detector, "network_name", detector.name))
+
+
 @runtime_checkable
 class DifferentiableDetector(Detector, Protocol):
     """A detector whose training loss reaches the pixels."""

@@ -46,6 +46,16 @@ def test_two_boxes_of_one_look_are_two_objects_and_one_vote_each() -> None:
     assert len(boxes_by_vote([near, _cars(), _cars()])) == 0
 
 
+def test_a_look_that_found_nothing_is_one_without_a_vote() -> None:
+    look = _cars((0.0, 20.0, 0.1, 0.9))
+    for nothing in (Boxes3D.empty(), _cars()):
+        (voted,) = (boxes_by_vote([nothing, look, look]),)
+        assert voted.score == pytest.approx([0.6])
+        assert voted.box2d is not None
+        assert voted.alpha is not None
+    assert len(boxes_by_vote([Boxes3D.empty(), Boxes3D.empty()])) == 0
+
+
 def test_other_categories_do_not_vote_for_one_another() -> None:
     car, van = _cars((0.0, 20.0, 0.0, 0.9)), _cars((0.0, 20.0, 0.0, 0.9), category="Van")
     assert len(boxes_by_vote([car, van])) == 0

@@ -17,7 +17,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.defences.bit_depth import BitDepth
 from avsec_gym.perception.defences.defended_detector import defended_detector
-from avsec_gym.perception.detectors.detector import DifferentiableDetector
+from avsec_gym.perception.detectors.detector import DifferentiableDetector, network_name
 from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.registry import make
@@ -127,6 +127,7 @@ def test_without_a_loss_there_is_none(frame: SensorFrame) -> None:
     assert not isinstance(detector, DifferentiableDetector)
     assert detector.network is None
     assert not detector.image_only
+    assert network_name(detector) == "oracle"
     assert defended_detector({"name": "single_image", "detector": "yolo"}, "jpeg").image_only
 
 
@@ -138,6 +139,7 @@ def test_without_a_loss_there_is_none(frame: SensorFrame) -> None:
         {"detector": "oracle", "defence": {"name": "jpeg", "qualty": 3}},
         {"detector": "oracle", "copies": 0},
         {"detector": "oracle", "seed": -1},
+        {"detector": {"name": "single_image", "detector": "yolo"}, "copies": 3},
         {"detector": "oracle", "defence": Oracle()},
         {},
     ],

@@ -163,9 +163,10 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
         half = np.pi if away <= radius + 0.5 else float(np.arcsin(radius / away))
         azimuth = float(np.arctan2(middle[1], middle[0]))
         # And how far rays come that end in it.
-        up = middle[2] + grown.size[index, 2] / 2 - TIP
-        deep = float(np.hypot(radius, grown.size[index, 2] / 2)) + _ROUNDING
-        distance = float(np.hypot(away, up))
+        height = grown.size[index, 2] / 2
+        centre = middle + height * to_sensor[:3, 2] - [0.0, 0.0, TIP]
+        deep = float(np.hypot(radius, height)) + _ROUNDING
+        distance = float(np.linalg.norm(centre))
         voxel = _returns_in_box(
             observer.image,
             cells_between(observer.image, azimuth - half, azimuth + half),

@@ -1,7 +1,10 @@
 """Claims: where rays ended in a region, by the world's own boxes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from avsec_gym.validation.connected.rays.claims import (
     CLEARANCE,
@@ -16,6 +19,7 @@ from avsec_gym.validation.connected.rays.claims import (
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.sweep import RollingSweep
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from tests.validation.connected.rays.world_of_planes import Box, pose_at, scan_of
 
 _BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)
@@ -117,3 +121,25 @@ def test_no_ray_that_ends_in_a_region_is_passed_over(
     claims = claim(observe(scan, sweep), region, np.array([velocity]))
     assert MOST_VOXELS_OF_ONE >= len(voxels) > 5
     assert len(set(claims.voxel) ^ set(voxels)) <= 2  # at the border of two voxels
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.09, -0.09])
+@pytest.mark.parametrize("away", [4.5, 6.0, 20.0])
+def test_a_tilted_sensor_passes_over_no_corner(pitch: float, away: float) -> None:
+    pose = pose_at(0.0, 0.0)
+    tilt = np.eye(4)
+    tilt[:3, :3] = Rotation.from_euler("y", pitch).as_matrix()
+    pose = pose @ tilt
+    region = Regions(np.array([[away, 0.0, 0.0]]), np.array([[4.0, 2.0, 1.5]]), np.zeros(1))
+    # Points just within the corners of the box, as it is grown.
+    half = region.size[0] / 2 + MARGIN - 0.003
+    sides = np.array([[x, y] for x in (-1, 1) for y in (-1, 1)]) * half[:2]
+    world = np.array([[away + x, y, z] for x, y in sides for z in (CLEARANCE + 0.003, 1.697)])
+    world = np.c_[world, np.ones(len(world))]
+    points = (world @ np.linalg.inv(pose).T)[:, :3].astype(np.float32)
+    scan = VehicleScan(np.c_[points, np.full(len(points), 0.5, np.float32)], pose)
+    observer = observe(scan, RollingSweep(period=0.0))
+    # A handful of rays makes no field of view; here it does.
+    rows = observer.image._replace(lowest=-np.pi / 4, highest=np.pi / 4)
+    claims = claim(replace(observer, image=rows), region)
+    assert len(claims.voxel) == len(points)
