@@ -158,6 +158,8 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
         moved = abs(observer.sweep.speed) * lasts
         moved += float(np.hypot(*velocity[index])) * (abs(observer.scan.time) + lasts)
         radius = float(np.hypot(*grown.size[index, :2])) / 2 + moved
+        # Seen from a sensor that leans, the top stands beside the bottom.
+        radius += grown.size[index, 2] * float(np.hypot(*to_sensor[:2, 2]))
         if away - radius > _FARTHEST:
             continue
         half = np.pi if away <= radius + 0.5 else float(np.arcsin(radius / away))
