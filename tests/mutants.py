@@ -7,7 +7,8 @@
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The fast tests of the module's room that execute the changed line (by coverage without
-the change) are run, those of the module's name first; a mutant that all of them pass survives.
+the change) are run, those of the module's name first, then the nearest of other rooms; a mutant
+that all of them pass survives.  What an error says, and ``strict=``, is not changed.
 Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
 """
 
@@ -89,8 +90,11 @@ def all_mutants(rooms: list[str], seed: int) -> Iterator[Mutant]:
     chance = random.Random(seed)
     keys = sorted(places)
     chance.shuffle(keys)
-    for key in keys:
-        yield chance.choice(places[key])
+    for module, start in keys:
+        mutant = chance.choice(places[module, start])
+        checks = _checks_alone(ROOT / module)
+        if not any(first <= start < end for first, end in checks):
+            yield mutant
 
 
 def _modules(room: str) -> list[Path]:
@@ -109,6 +113,16 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
                     ((part.lineno, part.col_offset), (part.end_lineno, part.end_col_offset))
                 )
     return spans
+
+
+@cache
+def _checks_alone(path: Path) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
+    """Spans that change nothing where all is right: what an error says, and ``strict=`` of `zip`."""
+    return tuple(
+        ((node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0))
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Raise) or (isinstance(node, ast.keyword) and node.arg == "strict")
+    )
 
 
 @cache
