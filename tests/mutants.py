@@ -117,7 +117,7 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 @cache
 def _checks_alone(path: Path) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
-    """Spans that change nothing where all is right: what an error says, and ``strict=`` of `zip`."""
+    """Spans that change nothing where all is right: what errors say, and ``strict=`` of `zip`."""
     return tuple(
         ((node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0))
         for node in ast.walk(ast.parse(path.read_text()))
