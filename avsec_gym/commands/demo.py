@@ -11,11 +11,14 @@ from avsec_gym import console
 from avsec_gym.argument_checks import whole_number
 from avsec_gym.commands.report import PAGE, Report
 from avsec_gym.commands.run import Run
+from avsec_gym.storage.regular_files import is_file, read_text
 
 if TYPE_CHECKING:
     from avsec_gym.experiments.demo.rates import DemoRow
 
 _NAME = "demo"
+_FIRST_LOOK = "avsec demo, at its beginning"
+"""What its page says made it."""
 _PICTURES = 4
 
 
@@ -52,10 +55,14 @@ class Demo:
         from avsec_gym.world.export.suites import MOST_FRAMES
 
         whole_number("--scenarios", self.scenarios, 1, MOST_FRAMES)
+        whole_number("--seed", self.seed, 0)
+        if self.workers is not None:
+            whole_number("--workers", self.workers, 0)
         asked = Run(
             (_NAME,), CONTESTED, self.scenarios, self.seed, out=self.out, workers=self.workers
         )
-        ran = asked.ran(_FirstScene(self.out, self.scenarios))
+        besides = (PAGE,) if self._looks_first() else ()
+        ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
         folder = RunFolder.open(self.out)
         rows = demo_rows(outcomes_of(folder))
         if not self.json:
@@ -72,6 +79,30 @@ class Demo:
             console.say(sentence)
         console.say(f"{self.out / PAGE}: the drives in pictures")
         return max(ran, reported)
+
+    def _looks_first(self) -> bool:
+        """Write a page of what the demo is about, where there is no run yet; whether it is there.
+
+        Nothing but such a page is written over.
+        """
+        from avsec_gym.experiments.chapter5.section.sections import style_and_script
+        from avsec_gym.experiments.demo.first_look import TITLE, first_look
+        from avsec_gym.report.plain_page import plain_page
+        from avsec_gym.storage.folders import make_folder
+        from avsec_gym.storage.text_files import write_text
+
+        make_folder(self.out)
+        there = [path for path in self.out.iterdir() if not path.name.startswith(".")]
+        if there and not (len(there) == 1 and _is_first_look(there[0])):
+            return False
+        text = plain_page(TITLE, _FIRST_LOOK, [first_look(self.seed)], *style_and_script())
+        write_text(self.out / PAGE, text, overwrite=True)
+        console.say(f"{self.out / PAGE}: what it is about, in a picture; then come the attacks")
+        return True
+
+
+def _is_first_look(path: Path) -> bool:
+    return path.name == PAGE and is_file(path) and f'"{_FIRST_LOOK}"' in read_text(path)
 
 
 class _FirstScene:

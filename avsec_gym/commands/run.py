@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -75,11 +75,12 @@ class Run:
         """Do it; the exit code: 3 where cells failed."""
         return self.ran(lambda done, total: None)
 
-    def ran(self, on_progress: OnProgress) -> int:
+    def ran(self, on_progress: OnProgress, besides: Collection[str] = ()) -> int:
         """Do it; the exit code.
 
         Args:
             on_progress: Beside what the user is shown.
+            besides: As of `run_experiments`.
         """
         from avsec_gym.runs.catalogue import experiment
         from avsec_gym.runs.experiment import Configuration
@@ -106,6 +107,7 @@ class Run:
                 backend=Backend(self.backend),
                 retry=self.retry,
                 on_progress=_both(shown, on_progress),
+                besides=besides,
             )
         for cell, error in report.failures[:_REMARKS]:
             console.say(f"avsec: failed: {cell.key}: {error}")

@@ -19,7 +19,7 @@ CONTESTED = "procedural_contested"
 """The first of them that are contested: in which it matters what a car sees."""
 USUAL_COUNT = 12
 
-_FIRST_SET = 1000
+FIRST_SET = 1000
 """The package's networks were trained and chosen on sets of layouts with small seeds."""
 
 
@@ -66,7 +66,7 @@ def procedural_frames(count: int | None = None, seed: int = 0, *, contested: boo
     count = USUAL_COUNT if count is None else count
     sensors = Sensors(lidar=False)
     if contested:
-        chosen = contested_recipe(count, seed=_FIRST_SET + seed, sensors=sensors)
+        chosen = contested_recipe(count, seed=FIRST_SET + seed, sensors=sensors)
         return cached(f"{CONTESTED}-{seed}-{count}", chosen)
-    recipe = suite_recipe("mixed", count, _FIRST_SET + seed, sensors=sensors)
+    recipe = suite_recipe("mixed", count, FIRST_SET + seed, sensors=sensors)
     return cached(f"{PROCEDURAL}-{seed}-{count}", recipe)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from enum import StrEnum
@@ -78,6 +78,7 @@ def run_experiments(
     backend: Backend = Backend.LOCAL,
     retry: bool = False,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
+    besides: Collection[str] = (),
 ) -> RunSummary:
     """Do the cells that the experiments need, in a folder that holds the run.
 
@@ -96,6 +97,7 @@ def run_experiments(
         backend: The place of the processes; their cores count, not those of the machine that asks.
         retry: Do failed cells again.
         on_progress: Called with the number of finished cells and that of all.
+        besides: Names of files that may be in a new folder, since the caller has put them there.
 
     Raises:
         ConfigurationError: Arguments do not fit together, a work cannot be made, or the cluster
@@ -111,6 +113,7 @@ def run_experiments(
     root = Path(root)
     make_folder(root)
     with folder_lock(root), ExitStack() as stack:
+        _check_empty_or_run(root, besides)
         cluster = stack.enter_context(ray_cluster(_cores())) if backend == Backend.RAY else None
         cores = cluster.cores() if cluster else (_cores(),)
         manifest = _manifest(root, experiments, configuration, cores, workers, threads)
@@ -164,9 +167,7 @@ def _manifest(
 ) -> Manifest:
     """Of the run that begins or goes on, not written yet; all options have values."""
     there = read_manifest(root)
-    if there is None:
-        _check_empty(root)
-    elif not has_results(root / RESULTS, begun=bool(there["sittings"])):
+    if there is not None and not has_results(root / RESULTS, begun=bool(there["sittings"])):
         there = None  # Nothing is lost if it begins anew, with another configuration.
     if threads is None:
         threads = usual_threads(cores, workers) if there is None else int(there["threads"])
@@ -256,9 +257,10 @@ def _cores() -> int:
     return os.cpu_count() or 1
 
 
-def _check_empty(root: Path) -> None:
-    there = sorted(path.name for path in root.iterdir() if not path.name.startswith("."))
-    if there:
+def _check_empty_or_run(root: Path, besides: Collection[str]) -> None:
+    names = (path.name for path in root.iterdir() if not path.name.startswith("."))
+    there = sorted(set(names) - set(besides))
+    if there and read_manifest(root) is None:
         raise DataError(
             f"The folder holds {there[0]} and no manifest of a run.",
             path=root,

@@ -6,6 +6,7 @@ Detections are drawn from a seed (``tests/report/drawn_run.py``), everything beh
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -55,9 +56,11 @@ def test_from_nothing_to_the_page_and_once_more(
     told = capsys.readouterr()
     for words in ("12 drives", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
         assert words in told.out
-    first, *_, last = (line for line in told.err.splitlines() if "report.html" in line)
-    assert first == "runs/demo/report.html: the first scene in a picture; others follow"
-    assert last == "runs/demo/report.html: the drives in pictures"
+    assert [line for line in told.err.splitlines() if "report.html" in line] == [
+        "runs/demo/report.html: what it is about, in a picture; then come the attacks",
+        "runs/demo/report.html: the first scene in a picture; others follow",
+        "runs/demo/report.html: the drives in pictures",
+    ]
     out = tmp_path / "runs/demo"
     assert "PGD" in (out / "report.html").read_text()
     finished = [cell["finished"] for cell in RunFolder.open(out).cells()]
@@ -103,3 +106,26 @@ def test_what_is_not_a_demo_is_left_alone(
     for wrong in (("--scenarios", 0), ("--seed", -1), ("--workers", -1), ("--scenes", 6)):
         assert ends("demo", *wrong, "--out", tmp_path / "new") == BAD_USAGE
     assert made == []
+
+
+def test_the_first_page_shows_a_scene_in_which_it_matters_what_a_car_sees(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(count: int, seed: int, *, contested: bool) -> Path:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(scenes, "procedural_frames", stopped)
+    page = tmp_path / "runs/demo/report.html"
+    for _ in range(2):  # Stopped while scenes are rendered, it begins again.
+        ends("demo", "--workers", 0)
+        assert f"{page.relative_to(tmp_path)}: what it is about" in capsys.readouterr().err
+        text = page.read_text()
+        for words in ("a car that sees nothing", "a car that sees all", "Turn this scene"):
+            assert words in text
+        outcomes = re.findall(r'class="outcome (\w+)"', text)
+        assert outcomes[0] != "safe"
+        assert outcomes[1] == "safe"
+    # A page of somebody else is not written over.
+    page.write_text("<h1>Mine</h1>")
+    assert ends("demo", "--workers", 0) == BAD_DATA
+    assert page.read_text() == "<h1>Mine</h1>"

@@ -12,7 +12,7 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, transform_points
-from avsec_gym.pipeline import Episode, PipelineRun
+from avsec_gym.pipeline import Episode
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.planning_scenario import PlanningScenario
@@ -117,22 +117,39 @@ class TurnableScene:
         }
 
 
+@dataclass(frozen=True, eq=False)
+class DrivenBelief:
+    """A drive, and the belief that it was planned on.
+
+    Args:
+        title: What was done to the car.
+        episode: The plan and its check.
+        believed: The boxes that the car believed in.
+    """
+
+    title: str
+    episode: Episode
+    believed: Boxes3D
+
+
 def turnable_scene(
     title: str,
-    runs: Sequence[tuple[str, PipelineRun]],
+    driven: Sequence[DrivenBelief],
     truth: Boxes3D,
     *,
+    frame: SensorFrame | None = None,
     vehicle: Vehicle = BMW_320I,
 ) -> TurnableScene:
     """Drives through one scene from one start.
 
     Args:
         title: Names the scene.
-        runs: What was done to the car, and the drive; the first one's scan is shown.
+        driven: The drives.
         truth: The labelled objects, those that are obstacles in the order of `Episode.truth`.
+        frame: The frame whose scan is shown, if it has one.
         vehicle: The vehicle that drives.
     """
-    problem = runs[0][1].episode.problem
+    problem = driven[0].episode.problem
     return TurnableScene(
         title,
         problem.dt,
@@ -142,14 +159,15 @@ def turnable_scene(
             for goal in problem.goals
             for shape in goal.region or ()
         ),
-        _scan(runs[0][1].frame),
+        _scan(frame),
         (vehicle.length, vehicle.width, _CAR_HEIGHT),
-        tuple(_drive(name, run, truth) for name, run in runs),
+        tuple(_drive(one, truth) for one in driven),
     )
 
 
-def _drive(title: str, run: PipelineRun, truth: Boxes3D) -> ShownDrive:
-    episode, record = run.episode, run.episode.record
+def _drive(driven: DrivenBelief, truth: Boxes3D) -> ShownDrive:
+    episode, believed = driven.episode, driven.believed[is_obstacle(driven.believed)]
+    record = episode.record
     planned = np.zeros((0, 3))
     if episode.plan.trajectory is not None:
         planned = episode.plan.trajectory[:, [0, 1, 3]]
@@ -157,10 +175,9 @@ def _drive(title: str, run: PipelineRun, truth: Boxes3D) -> ShownDrive:
     car = planned if len(planned) else np.array([[start.x, start.y, start.heading]])
     if record.collision:
         car = car[: round(record.collision_time / episode.problem.dt) + 1]
-    believed = run.perception.believed
     rows = zip(believed.poses, _sizes(believed), _bottoms(believed), strict=True)
     return ShownDrive(
-        title,
+        driven.title,
         record.outcome,
         tuple(_real(episode, truth, len(car))),
         tuple(ShownBox(size, bottom, pose[None]) for pose, size, bottom in rows),
@@ -170,9 +187,8 @@ def _drive(title: str, run: PipelineRun, truth: Boxes3D) -> ShownDrive:
 
 
 def _real(episode: Episode, truth: Boxes3D, steps: int) -> list[ShownBox]:
-    """Objects that the planner knows where they are; of others the labels."""
-    known = is_obstacle(truth)
-    boxes = Boxes3D.concatenate([truth[known], truth[~known]])
+    """Obstacles near the car; who walks or cycles is none, as with the thesis' authors."""
+    boxes = truth[is_obstacle(truth)]
     obstacles, first = episode.truth, episode.problem.start.step
     index = np.array([obstacles.pose_index(first + step) for step in range(steps)]).T
     shown = []
@@ -180,7 +196,7 @@ def _real(episode: Episode, truth: Boxes3D, steps: int) -> list[ShownBox]:
         zip(boxes.poses, _sizes(boxes), _bottoms(boxes), strict=True)
     ):
         poses = pose[None]
-        if number < len(obstacles) and not obstacles.static[number]:
+        if not obstacles.static[number]:
             poses = obstacles.poses[number, np.maximum(index[number], 0)]
         if _is_near(pose[0], pose[1]):
             shown.append(ShownBox(size, bottom, poses))
@@ -197,9 +213,9 @@ def _bottoms(boxes: Boxes3D) -> list[float]:
     return [float(_CAMERA_HEIGHT - y) for y in boxes.location[:, 1]]
 
 
-def _scan(frame: SensorFrame) -> Floats:
+def _scan(frame: SensorFrame | None) -> Floats:
     """Points of the scan, evenly thinned out, shape (M, 3)."""
-    if not frame.has_points:
+    if frame is None or not frame.has_points:
         return np.zeros((0, 3))
     x, y, z = transform_points(frame.calibration.velodyne_to_camera, frame.points[:, :3]).T
     places = np.stack([z, -x, _CAMERA_HEIGHT - y], axis=1)

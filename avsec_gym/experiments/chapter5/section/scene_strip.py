@@ -19,7 +19,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.drive_drawing import draw_drive_from_above
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.turnable_scene.page_part import turnable_part
-from avsec_gym.drawing.turnable_scene.scene_data import turnable_scene
+from avsec_gym.drawing.turnable_scene.scene_data import DrivenBelief, turnable_scene
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
@@ -168,9 +168,12 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> SceneStrip:
     detector = detector_name(telling.conditions[0].detector)
     title = f"{detector}, scene {telling.scenario}, {telling.intention}"
     names = [attack_name(one.attack, one.strength, one.whole_levels) for one in telling.conditions]
-    scene = turnable_scene(
-        title, list(zip(names, runs, strict=True)), truth[truth.category != DONT_CARE]
-    )
+    driven = [
+        DrivenBelief(name, run.episode, run.perception.believed)
+        for name, run in zip(names, runs, strict=True)
+    ]
+    real = truth[truth.category != DONT_CARE]
+    scene = turnable_scene(title, driven, real, frame=runs[0].frame)
     return SceneStrip(
         title=title,
         rule=telling.rule,

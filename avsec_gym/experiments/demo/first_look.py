@@ -1,0 +1,59 @@
+"""What the demo is about, before anything is rendered: its first scene, driven blind and seeing."""
+
+from __future__ import annotations
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.drive_drawing import draw_drive_from_above
+from avsec_gym.drawing.turnable_scene.page_part import turnable_part
+from avsec_gym.drawing.turnable_scene.scene_data import DrivenBelief, turnable_scene
+from avsec_gym.evaluation.contested import contested_layouts
+from avsec_gym.experiments.procedural_frames import FIRST_SET
+from avsec_gym.pipeline import run_episode
+from avsec_gym.runs.section import Section
+from avsec_gym.scenario.scene import Motion
+
+_PACKAGE = "avsec_gym.experiments.demo"
+TITLE = "What does a car do that sees nothing?"
+
+
+def first_look(seed: int) -> Section:
+    """The first contested scene of the demo with a seed, as two drives.
+
+    Args:
+        seed: The demo's seed.
+    """
+    scenes = contested_layouts(1, seed=FIRST_SET + seed)
+    (scene,) = scenes.labelled
+    way = min(scenes.intentions[scene.id]) if scenes.intentions else None
+    assert way is not None, "a contested scene is so with some intention"
+    beliefs = {"a car that sees nothing": Boxes3D.empty(), "a car that sees all": scene.boxes}
+    driven = [
+        DrivenBelief(title, run_episode(scene, way, believed, motion=Motion.STATIC), believed)
+        for title, believed in beliefs.items()
+    ]
+    turned = turnable_scene(f"The first scene, {way}", driven, scene.boxes)
+    environment = Environment(
+        loader=PackageLoader(_PACKAGE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    shown = environment.get_template("first_look.html.j2").render(
+        way=str(way),
+        drives=[(one, Markup(draw_drive_from_above(one.episode))) for one in driven],
+        turned=turnable_part(turned),
+    )
+    return Section(
+        "first",
+        "The first scene, driven twice",
+        [
+            "Each scene of the demo is one like this: it matters what the car sees.",
+            "Detectors, attacked and not, come between both; this page shows them as soon as the"
+            " scene is rendered and attacked.  Load it again then.",
+        ],
+        [Markup(shown)],
+    )
