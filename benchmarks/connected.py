@@ -90,17 +90,18 @@ def measured(instants: list[RecordedInstant], shown: Any) -> dict[str, Any]:
                 each.append(validator.validate(scans, id=instant.id).traffic)
         shown(number + 1, len(instants))
     steps = {
-        step: 1000 * statistics.median(one.seconds.get(step, 0.0) for one in each) for step in STEPS
+        step: 1000 * statistics.median(sent.seconds.get(step, 0.0) for sent in each)
+        for step in STEPS
     }
-    after = [1000 * sum(one.seconds[step] for step in STEPS[1:]) for one in each]
-    sent = [vehicle.total() for one in each for vehicle in one.sent]
+    after = [1000 * sum(sent.seconds[step] for step in STEPS[1:]) for sent in each]
+    totals = [vehicle.total() for sent in each for vehicle in sent.sent]
     return {
         "milliseconds": {step: round(value, 1) for step, value in steps.items()},
         "after proposals": {
             "median": round(statistics.median(after), 1),
             "largest": round(max(after), 1),
         },
-        "bytes of a vehicle": {"median": round(statistics.median(sent)), "largest": max(sent)},
+        "bytes of a vehicle": {"median": round(statistics.median(totals)), "largest": max(totals)},
         "judged": len(each),
     }
 

@@ -17,7 +17,7 @@ TEN_MINUTES = 600
 NOT_HERE = (
     "pip install",  # The tests stand on what it installs.
     "avsec demo",  # `make demo` is tried by itself.
-    "KITTI/object",  # Data that not everybody has.
+    "KITTI/object",  # Data that not every reader has.
     "avsec agents",  # Minutes of training, which tests of agents have in short form.
 )
 

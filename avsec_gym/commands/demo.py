@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _NAME = "demo"
 _FIRST_LOOK = "avsec demo, at its beginning"
-"""What its page says made it."""
+"""What its page names as its maker."""
 _PICTURES = 4
 
 

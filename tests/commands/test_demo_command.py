@@ -125,7 +125,7 @@ def test_the_first_page_shows_a_scene_in_which_it_matters_what_a_car_sees(
         outcomes = re.findall(r'class="outcome (\w+)"', text)
         assert outcomes[0] != "safe"
         assert outcomes[1] == "safe"
-    # A page of somebody else is not written over.
+    # A page of the user's own is not written over.
     page.write_text("<h1>Mine</h1>")
     assert ends("demo", "--workers", 0) == BAD_DATA
     assert page.read_text() == "<h1>Mine</h1>"

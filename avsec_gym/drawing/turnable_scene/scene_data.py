@@ -161,7 +161,7 @@ def turnable_scene(
         ),
         _scan(frame),
         (vehicle.length, vehicle.width, _CAR_HEIGHT),
-        tuple(_drive(one, truth) for one in driven),
+        tuple(_drive(belief, truth) for belief in driven),
     )
 
 

@@ -44,7 +44,7 @@ def first_look(seed: int) -> Section:
     )
     shown = environment.get_template("first_look.html.j2").render(
         way=str(way),
-        drives=[(one, Markup(draw_drive_from_above(one.episode))) for one in driven],
+        drives=[(belief, Markup(draw_drive_from_above(belief.episode))) for belief in driven],
         turned=turnable_part(turned),
     )
     return Section(

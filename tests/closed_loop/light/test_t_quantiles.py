@@ -23,7 +23,7 @@ def test_the_table_is_as_good_as_the_function(freedom: float) -> None:
     assert t_quantile(table, 0, -1.0) == pytest.approx(stdtrit(3.0, ndtr(-1.0)), rel=1e-8)
 
 
-def test_it_rises_and_ends_where_nobody_draws() -> None:
+def test_it_rises_and_ends_where_no_number_is_drawn() -> None:
     table = quantile_table((2.0,))
     values = [t_quantile(table, 0, each) for each in np.linspace(-9, 9, 4001)]
     assert (np.diff(values) >= 0).all()

@@ -167,7 +167,10 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> SceneStrip:
     picture, factor, largest = amplified(*(run.frame.image(LEFT) for run in runs[:2]))
     detector = detector_name(telling.conditions[0].detector)
     title = f"{detector}, scene {telling.scenario}, {telling.intention}"
-    names = [attack_name(one.attack, one.strength, one.whole_levels) for one in telling.conditions]
+    names = [
+        attack_name(condition.attack, condition.strength, condition.whole_levels)
+        for condition in telling.conditions
+    ]
     driven = [
         DrivenBelief(name, run.episode, run.perception.believed)
         for name, run in zip(names, runs, strict=True)
