@@ -87,6 +87,7 @@ REASONS = {
     "kernels.py": {".read_bytes", ".mkdir"},
     # The package's own style and script.
     "experiments/chapter5/section/sections.py": {".read_text"},
+    "drawing/turnable_scene/page_part.py": {".read_text"},
     # Below the user's folder for caches.
     "world/textures/library.py": {"os.fdopen", ".mkdir", "os.replace"},
     # A folder, for its lock.
