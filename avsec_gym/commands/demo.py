@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from avsec_gym import console
 from avsec_gym.argument_checks import whole_number
 from avsec_gym.commands.report import PAGE, Report
 from avsec_gym.commands.run import Run
+from avsec_gym.errors import AvsecError
 from avsec_gym.storage.regular_files import is_file, read_text
 
 if TYPE_CHECKING:
@@ -128,8 +130,10 @@ class _FirstScene:
         finished = Counter(cell["arguments"]["scenario"] for cell in cells)
         if max(finished.values()) == of_one:
             self._waits = False
-            Report(self._out, pictures=1).written(quietly=True)
-            console.say(f"{self._out / PAGE}: the first scene in a picture; others follow")
+            # The page at the end tells what is wrong; the run is worth more than this one.
+            with suppress(AvsecError):
+                Report(self._out, pictures=1).written(quietly=True)
+                console.say(f"{self._out / PAGE}: the first scene in a picture; others follow")
 
 
 def _print(rows: list[DemoRow]) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup, escape
 
 from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.drawing.page_table import Table, number
+from avsec_gym.drawing.page_templates import page_templates
 from avsec_gym.report.run_facts import CellTimes
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.run_report import RunReport
@@ -49,13 +50,7 @@ def html_page(report: RunReport) -> str:
 
 def page_environment() -> Environment:
     """What renders pages: `Section`s, tables and figures."""
-    environment = Environment(
-        loader=PackageLoader("avsec_gym.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_templates("avsec_gym.report")
     environment.filters["kind"] = _kind
     environment.filters["heading"] = _heading
     return environment

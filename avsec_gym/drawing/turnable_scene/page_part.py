@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from functools import cache
 from importlib.resources import files
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
+from avsec_gym.drawing.page_templates import page_templates
 from avsec_gym.drawing.turnable_scene.scene_data import TurnableScene
 
 _PACKAGE = "avsec_gym.drawing.turnable_scene"
+_TEMPLATE = "turnable_scene.html.j2"
 
 
 def turnable_part(scene: TurnableScene) -> Markup:
@@ -22,7 +22,9 @@ def turnable_part(scene: TurnableScene) -> Markup:
     """
     # Nothing in it ends the element that holds it.
     data = json.dumps(scene.to_json(), separators=(",", ":")).replace("<", "\\u003c")
-    return Markup(_template().render(scene=scene, data=Markup(data)))
+    return Markup(
+        page_templates(_PACKAGE, "").get_template(_TEMPLATE).render(scene=scene, data=Markup(data))
+    )
 
 
 def style_and_script() -> tuple[str, str]:
@@ -32,15 +34,3 @@ def style_and_script() -> tuple[str, str]:
         (folder / name).read_text("utf-8") for name in ("turnable_scene.css", "turnable_scene.js")
     )
     return style, script
-
-
-@cache
-def _template() -> Template:
-    environment = Environment(
-        loader=PackageLoader(_PACKAGE, ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("turnable_scene.html.j2")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.drive_drawing import draw_drive_from_above
+from avsec_gym.drawing.page_templates import page_templates
 from avsec_gym.drawing.turnable_scene.page_part import turnable_part
 from avsec_gym.drawing.turnable_scene.scene_data import DrivenBelief, turnable_scene
 from avsec_gym.evaluation.contested import contested_layouts
@@ -35,17 +35,14 @@ def first_look(seed: int) -> Section:
         for title, believed in beliefs.items()
     ]
     turned = turnable_scene(f"The first scene, {way}", driven, scene.boxes)
-    environment = Environment(
-        loader=PackageLoader(_PACKAGE),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    shown = environment.get_template("first_look.html.j2").render(
-        way=str(way),
-        drives=[(belief, Markup(draw_drive_from_above(belief.episode))) for belief in driven],
-        turned=turnable_part(turned),
+    shown = (
+        page_templates(_PACKAGE)
+        .get_template("first_look.html.j2")
+        .render(
+            way=str(way),
+            drives=[(belief, Markup(draw_drive_from_above(belief.episode))) for belief in driven],
+            turned=turnable_part(turned),
+        )
     )
     return Section(
         "first",

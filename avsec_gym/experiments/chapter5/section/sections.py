@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avsec_gym.drawing.page_figure import Figure, Key, Picture, PictureRow, line_key, mark_key
 from avsec_gym.drawing.page_table import Table, bounds, number
+from avsec_gym.drawing.page_templates import page_templates
 from avsec_gym.drawing.turnable_scene.page_part import (
     style_and_script as turnable_style_and_script,
 )
@@ -85,14 +85,7 @@ def scenes_section(strips: Sequence[SceneStrip]) -> Section:
 
 def shown_strips(strips: Sequence[SceneStrip]) -> Markup:
     """The pictures as HTML, for `style_and_script`."""
-    environment = Environment(
-        loader=PackageLoader(_PACKAGE),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return Markup(environment.get_template("scenes.html.j2").render(strips=strips))
+    return Markup(page_templates(_PACKAGE).get_template("scenes.html.j2").render(strips=strips))
 
 
 def style_and_script() -> tuple[str, str]:

@@ -92,7 +92,7 @@ def _look_of(
     return Look(
         witness.image,
         witness.pose,
-        np.linalg.inv(witness.pose).astype(np.float64),
+        np.asarray(np.linalg.inv(witness.pose)),
         witness.motion,
         claims.places(regions),
         claims.count,
@@ -163,11 +163,4 @@ def count_supported(
     counts = np.zeros(velocities.shape[:2], np.int64)
     look = _look_of(witness, claims, regions, margins, claims.time)
     fill_supported(look, velocities, needed, counts)
-    return counts
-
-
-def count_outcomes(claims: Claims, outcome: NDArray[np.int8]) -> NDArray[np.int64]:
-    """How many voxels of each claim have each outcome, shape (C, 6)."""
-    counts = np.zeros((len(claims), 6), np.int64)
-    np.add.at(counts, (claims.of_voxels(), outcome), 1)
     return counts
