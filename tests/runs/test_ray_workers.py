@@ -125,6 +125,12 @@ def cluster(tiny: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Iterator[TinyC
     with no_longer_than(AT_MOST):
         made = TinyCluster()
         monkeypatch.setenv("RAY_ADDRESS", made.address)
+        # Of several machines at one address, a driver stands on any: it would go with the one that
+        # is killed.  Here it stands on the first.
+        from ray._private import services
+
+        head = services.get_node_to_connect_for_driver(made.address, "127.0.0.1")
+        monkeypatch.setattr(services, "get_node_to_connect_for_driver", lambda *_: head)
         try:
             yield made
         finally:
