@@ -91,11 +91,12 @@ def output_is_cut_off() -> bool:
 def write_any_text() -> None:
     """Characters that the terminal's encoding lacks are no error.
 
-    Dashes of intervals and signs are written as hyphens, all others as escapes.
+    Dashes of intervals and signs are written as hyphens, all others as escapes.  UTF-8 lacks what
+    Python makes of the bytes of a file's name that are no UTF-8.
     """
     codecs.register_error(_PLAIN, _plainly)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper) and stream.encoding.lower() != "utf-8":
+        if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=_PLAIN)
 
 

@@ -137,3 +137,21 @@ def test_what_an_encoding_lacks_is_written_plainly(tmp_path: Path) -> None:
         env=os.environ | {"PYTHONIOENCODING": "ascii"},
     )
     assert done.stdout.strip() == rb"94.0 (91.8-95.6), -1, -, \xfc, \xdf", done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are UTF-8 there")
+@pytest.mark.parametrize("encoding", ["utf-8:strict", "ascii"])
+def test_a_name_that_is_no_utf_8_is_written_plainly(encoding: str, tmp_path: Path) -> None:
+    """A table of such files ended in a UnicodeEncodeError."""
+    name = os.fsdecode(bytes(tmp_path / "made_elsewhere_") + b"\xff.xml")
+    Path(name).write_text("<commonRoad/>", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", "from avsec_gym.cli import main; main()", "plan", name],
+        capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": encoding},
+        timeout=120,
+    )
+    written = (done.stdout + done.stderr).decode("ascii" if encoding == "ascii" else "utf-8")
+    assert done.returncode == 1
+    assert "Traceback" not in written
+    assert r"\udcff.xml" in done.stdout.decode(errors="replace")
