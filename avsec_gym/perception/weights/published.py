@@ -46,7 +46,15 @@ def published_state(path: str | Path) -> dict[str, Tensor]:
             path=path,
             remedy=f"It may stand under {' or '.join(map(repr, _WRAPPERS))}.",
         )
-    return {name.removeprefix(_PARALLEL): value for name, value in state.items()}
+    named = {name.removeprefix(_PARALLEL): value for name, value in state.items()}
+    if len(named) < len(state):
+        twice = next(name for name in named if name in state and _PARALLEL + name in state)
+        raise DataError(
+            f"The weight {twice} is there twice, with {_PARALLEL!r} before its name and without.",
+            path=path,
+            remedy="Leave one of the two in the dictionary.",
+        )
+    return named
 
 
 def _unwrapped(content: Any) -> dict[str, Tensor]:

@@ -14,6 +14,7 @@ LARGEST = 1e12
 """Greatest magnitude of a weight; a damaged bit of an exponent leads beyond it."""
 _NAMED = 4
 _COUNTER = "num_batches_tracked"
+_VARIANCE = "running_var"
 _COUNTING = (torch.int64, torch.int32)
 
 
@@ -30,8 +31,8 @@ def fit_state(
         path: The path of the file, for messages.
 
     Raises:
-        DataError: A tensor is missing, unexpected, of another shape or kind of numbers, or not
-            finite or beyond `LARGEST`; which ones.
+        DataError: A tensor is missing, unexpected, of another shape or kind of numbers, not
+            finite, beyond `LARGEST`, or a variance below 0; which ones.
     """
     # Counters that a checkpoint lacks are the network's own; tensors beyond the wanted ones stay.
     wanted = network.state_dict()
@@ -75,7 +76,7 @@ def fit_state(
             )
         fitted[name] = state[name].to(value.dtype)
         # After the cast: a double may be beyond what a float holds.
-        if value.is_floating_point() and (problem := problem_of_values(fitted[name])):
+        if value.is_floating_point() and (problem := _problem(name, fitted[name])):
             raise DataError(
                 f"The weight {name} holds a value that is {problem}.",
                 path=path,
@@ -91,6 +92,13 @@ def problem_of_values(values: Tensor) -> str:
     if values.numel() and (largest := values.abs().max().item()) > LARGEST:
         return f"{largest:.2g}, more than any network learns"
     return ""
+
+
+def _problem(name: str, values: Tensor) -> str:
+    """What these cannot be; batch normalisation divides by the root of the variance."""
+    if name.endswith(_VARIANCE) and values.numel() and values.min() < 0:
+        return "below 0, which no variance is"
+    return problem_of_values(values)
 
 
 def _kind(value: Tensor) -> str:

@@ -112,6 +112,22 @@ def test_what_programs_keep_beside_their_tensors_is_passed_over(tmp_path: Path) 
             assert torch.equal(loaded.state_dict()["0.weight"], plain()["0.weight"])
 
 
+def test_a_variance_is_not_below_zero(tmp_path: Path) -> None:
+    """Its root is nan, and so was all that such a network found."""
+    path = tmp_path / "published.pth"
+    torch.save(plain() | {"1.running_var": torch.tensor([1.0, -0.5, 1.0])}, path)
+    with pytest.raises(DataError, match=r"1.running_var holds a value that is below 0"):
+        load_published(path, network(1))
+
+
+def test_a_weight_is_there_once(tmp_path: Path) -> None:
+    """Of two with and without the prefix, the one that came last was taken without a word."""
+    path = tmp_path / "published.pth"
+    torch.save(plain() | {"module.0.bias": torch.zeros(3)}, path)
+    with pytest.raises(DataError, match=r"0.bias is there twice"):
+        load_published(path, network(1))
+
+
 @pytest.mark.parametrize("kind", [torch.complex64, torch.int8, torch.uint8, torch.bool])
 def test_numbers_of_another_kind_are_no_weights(tmp_path: Path, kind: torch.dtype) -> None:
     path = tmp_path / "published.pth"
