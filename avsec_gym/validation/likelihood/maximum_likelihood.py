@@ -113,6 +113,7 @@ class LikelihoodModel:
             "lowest": (m,),
             "highest": (m,),
             "weights": (m + 1,),
+            "offset": (),
             "clean_scores": (np.size(self.clean_scores),),
             "strangest": (np.size(self.clean_scores),),
         }
@@ -120,7 +121,7 @@ class LikelihoodModel:
             array = np.array(getattr(self, name), float)
             if array.shape != shape:
                 raise ConfigurationError(f"{name} is of shape {shape}, got shape {array.shape}")
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, array if shape else float(array))
         for name, (low, high) in _BETWEEN.items():
             values = np.asarray(getattr(self, name), float)
             if not ((values >= low) & (values <= high)).all():  # Also true for NaN.

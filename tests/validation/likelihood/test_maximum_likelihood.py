@@ -458,6 +458,18 @@ def test_no_number_of_a_file_can_be_anything(
         owner[key] = right
 
 
+@pytest.mark.parametrize("wrong", [[], [0.5], [0.5, 0.5]])
+def test_the_offset_of_a_file_is_one_number(
+    judged: tuple[LikelihoodModel, Any, Any], wrong: object, tmp_path: Path
+) -> None:
+    """An empty list was accepted, and ended in a ValueError at the first frame."""
+    path = tmp_path / "likelihoods.json"
+    judged[0].write(path)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"offset": wrong}))
+    with pytest.raises(DataError, match=r"likelihoods\.json: The file is damaged: offset"):
+        read_likelihood_model(path)
+
+
 def test_samples_that_teach_too_little(made_up: MadeUp) -> None:
     on = fitted_on(3)
     singles = np.r_[np.zeros((1, 4)), np.eye(4)]
