@@ -122,6 +122,16 @@ class SensorSystem:
                 )
 
 
+def sensor_name(sensor: Sensor) -> str:
+    """A sensor in a sentence.
+
+    Example:
+        >>> sensor_name(2), sensor_name("lidar")
+        ('camera 2', 'the LiDAR')
+    """
+    return "the LiDAR" if sensor == LIDAR else f"camera {sensor}"
+
+
 KITTI_SYSTEM = SensorSystem((LIDAR, 1, 3, 2))
 """KITTI's with camera 2 as the reference; camera 0 stands 6 cm from it, and 1 and 3 stand 7 cm from
 each other, so that what they say of each other is little."""

@@ -5,16 +5,17 @@ Unlike attacks on detectors it needs no victim: it knows neither networks nor la
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import Seed
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.sensor_system import LIDAR, Sensor
+from avsec_gym.sensor_system import LIDAR, Sensor, sensor_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,3 +66,24 @@ class OpticalAttack(Protocol):
             DataError: The frame lacks a sensor that is to be attacked, or its file is broken.
         """
         ...
+
+
+def check_attacked(attack: Any, there: Collection[Sensor], where: str) -> None:
+    """Refuse an optical attack on sensors that are not there; other attacks pass.
+
+    Args:
+        attack: A live attack of any kind; None: no attack.
+        there: The sensors.
+        where: What has them, such as ``the scenes``.
+
+    Raises:
+        ConfigurationError: The attack is one on another sensor, too.
+    """
+    if not isinstance(attack, OpticalAttack) or attack.sensors <= set(there):
+        return
+    lacking = " and ".join(sorted(map(sensor_name, attack.sensors - set(there))))
+    known = ", ".join(sorted(map(sensor_name, there))) or "no sensor"
+    raise ConfigurationError(
+        f"the attack {attack.name!r} is one on {lacking}, but {where} have {known}: attack one of "
+        "these"
+    )

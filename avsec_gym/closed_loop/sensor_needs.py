@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.sensor_system import LIDAR, Sensor
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,11 @@ class SensorNeeds:
     cameras: tuple[int, ...] = (2, 3)
     scan: bool = True
     width: int | None = None
+
+    @property
+    def sensors(self) -> frozenset[Sensor]:
+        """The sensors that are rendered."""
+        return frozenset((*self.cameras, *([LIDAR] if self.scan else [])))
 
 
 def width_read(detector: Any) -> int | None:

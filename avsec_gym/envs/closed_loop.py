@@ -30,7 +30,12 @@ from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop_actions import car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
 from avsec_gym.envs.closed_loop_observation import observation_of
-from avsec_gym.envs.closed_loop_parts import checked_scenarios, perception_of, with_detector
+from avsec_gym.envs.closed_loop_parts import (
+    check_sensing,
+    checked_scenarios,
+    perception_of,
+    with_detector,
+)
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
@@ -149,6 +154,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self.duration = number("duration", duration, 0.5, 30.0)
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
+        check_sensing(perception, taken)
         self._scenes: LoopScenes | None = None
         self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""

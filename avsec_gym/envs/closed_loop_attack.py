@@ -26,6 +26,7 @@ from avsec_gym.envs.closed_loop_parts import (
     SENSING,
     SENSORS,
     TRUTH,
+    check_sensing,
     perception_of,
     with_detector,
 )
@@ -335,4 +336,5 @@ def _checked(perception: Any, parts: Parts, attack: DriveAttack) -> Callable[[],
             f'sensor data: give perception="{TRUTH}" or an error model, or kind="facula"'
         )
     made, _ = perception_of(perception, parts)
+    check_sensing(perception, parts)
     return made if callable(made) else lambda: made

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from avsec_gym.argument_checks import one_of
+from avsec_gym.attacks.optical_attack import check_attacked
 from avsec_gym.closed_loop.error_model.model import ErrorModel
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.light.beliefs import LightBlindness, LightPerception, LightTruth
@@ -137,6 +139,8 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         _refuse_unasked(parts, f'perception="{level}"')
         return (TruthPerception() if level == TRUTH else BlindPerception()), planner
 
+    needs = _needs(level, parts)
+
     def sensors() -> DrivePerception:
         with one_thread():
             pipeline = Pipeline(
@@ -149,9 +153,35 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
                 validator=parts.validator,
                 response=parts.response,
             )
-        return SensorPerception(pipeline, _needs(level, pipeline))
+        width = width_read(pipeline.detector) if not needs.scan else None
+        return SensorPerception(pipeline, replace(needs, width=width))
 
     return sensors, planner
+
+
+def check_sensing(perception: Any, parts: Parts) -> None:
+    """Refuse to read sensors that the scenes do not have, and to attack those that are not read.
+
+    Args:
+        perception: A level, or a live `DrivePerception`, which is left to itself.
+        parts: The parts of the car, as `perception_of` accepts them.
+
+    Raises:
+        ConfigurationError: Its drives could never begin.
+    """
+    level = perception.get("name") if isinstance(perception, Mapping) else perception
+    if not isinstance(level, str) or level not in SENSING:
+        return
+    scenes = parts.scenarios
+    if isinstance(scenes, LoopScenes):  # Their sensors are known when they are driven in.
+        return
+    source = scenes.get("source", LAYOUTS) if isinstance(scenes, Mapping) else scenes
+    if source != DRIVES:
+        raise ConfigurationError(
+            f'perception="{level}" reads sensor data, which these scenes do not have: give'
+            f' scenarios="{DRIVES}", or perception="{TRUTH}"'
+        )
+    check_attacked(parts.attack, _needs(level, parts).sensors, f'drives with perception="{level}"')
 
 
 def _refuse_unasked(parts: Parts, perception: str) -> None:
@@ -166,13 +196,11 @@ def _refuse_unasked(parts: Parts, perception: str) -> None:
         )
 
 
-def _needs(level: str, pipeline: Pipeline) -> SensorNeeds:
+def _needs(level: str, parts: Parts) -> SensorNeeds:
     """What a level reads; a validator compares all sensors, as they are."""
-    if level == SENSORS or pipeline.validator is not None:
+    if level == SENSORS or parts.validator is not None:
         return SensorNeeds()
-    if level == LIDAR:
-        return SensorNeeds(cameras=())
-    return SensorNeeds(scan=False, width=width_read(pipeline.detector))
+    return SensorNeeds(cameras=()) if level == LIDAR else SensorNeeds(scan=False)
 
 
 def light_perceptions(made: Made, motion: Motion, count: int) -> list[LightPerception]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import one_of, whole_number
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.attacks.optical_attack import check_attacked
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
@@ -29,7 +30,12 @@ from avsec_gym.geometry import bird_eye_iou
 from avsec_gym.pipeline import Episode, Perception, Pipeline
 from avsec_gym.registry import Kind
 from avsec_gym.scenario.builder import is_obstacle
-from avsec_gym.scenario.frame_scenes import FrameScenes, check_frame_scenes, frame_scenes_of
+from avsec_gym.scenario.frame_scenes import (
+    FrameScenes,
+    check_frame_scenes,
+    frame_scenes_of,
+    sensors_of,
+)
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.validation.compromised_sensors import Untrusted
@@ -124,6 +130,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         self.observation = one_of("observation", observation, (IMAGES, FEATURES))
         self.parts = parts_of(self, parts)
         check_frame_scenes(self.parts.scenarios)
+        check_attacked(self.parts.attack, sensors_of(self.parts.scenarios), "the scenes")
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.coding.size,), np.float32)
         features = gym.spaces.Box(0.0, 1.0, (SIZE,), np.float32)
         self.observation_space: gym.Space[Any] = (

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import number, shown, whole_number
-from avsec_gym.attacks.optical_attack import OpticalAttack
+from avsec_gym.attacks.optical_attack import OpticalAttack, check_attacked
 from avsec_gym.attacks.sensor_combination import attack_cases, thesis_attack
 from avsec_gym.envs.actions import checked_flags
 from avsec_gym.envs.identification_frames import (
@@ -134,6 +134,8 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         self._attack = _optical(self.parts.attack)
         usual = usual_sensors(self.parts.scenarios)
         self.system = SensorSystem(usual if sensors is None else sensors)
+        # The agent could not name another sensor.
+        check_attacked(self._attack, self.system.sensors, "the sensors that are judged")
         self.depth = PairDepth(depth)
         count = len(self.system)
         most = max(1, count - 3) if most is None else whole_number("most", most, 1, count)

@@ -14,6 +14,7 @@ from avsec_gym.kitti.label_folders import check_id, frame_ids
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.kitti.sensor_files import ImageFile, ScanFile
 from avsec_gym.kitti.splits import RawOrigin, read_raw_mapping, read_split
+from avsec_gym.sensor_system import LIDAR, Sensor
 from avsec_gym.storage.regular_files import is_file, is_folder
 
 SUFFIXES = {"label_2": ".txt", "calib": ".txt", "velodyne": ".bin"}
@@ -80,6 +81,13 @@ class KittiObject:
             there = set(frame_ids(self.folder / name, file_suffix(name)))
             result = [id for id in result if id in there]
         return result
+
+    @property
+    def sensors(self) -> frozenset[Sensor]:
+        """The LiDAR and the cameras that have a folder, which may lack files of some frames."""
+        names = layout_folders(self.folder)
+        cameras = [int(name.removeprefix("image_")) for name in names if name.startswith("image_")]
+        return frozenset((*cameras, *([LIDAR] if "velodyne" in names else [])))
 
     def labels(self, id: str, *, keep_dont_care: bool = False) -> Boxes3D:
         """Ground truth of a frame; see `read_labels`."""

@@ -27,6 +27,7 @@ from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import MIXED_CONTESTED, labelled_scenarios, labelled_scene
+from avsec_gym.sensor_system import LIDAR, Sensor
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
@@ -34,6 +35,7 @@ from avsec_gym.unknown_source import unknown_source
 _SPLITS = ("train", "val", "trainval")
 SUITES = ("street", "highway", "mixed")
 """Names of the procedural world's own."""
+_SUITE_SENSORS = frozenset[Sensor]((LIDAR, 2, 3))
 _CONTESTED = "avsec_gym.evaluation.contested"
 
 
@@ -167,6 +169,24 @@ def check_frame_scenes(what: Any) -> None:
         elif split not in (None, *_SPLITS):
             problem = f"the suite {each} has no split {split!r}"
             raise ConfigurationError(unknown_name(problem, str(split), _SPLITS))
+
+
+def sensors_of(what: Any) -> frozenset[Sensor]:
+    """The sensors of some of the frames; no suite is made for it, and no frame is read.
+
+    Args:
+        what: A source, a dictionary of arguments or live scenes, as `check_frame_scenes` accepts.
+    """
+    if isinstance(what, FrameScenes):
+        return frozenset().union(*(data.sensors for data in set(what.data.values())))
+    source = scene_arguments(what, frame_scenes).get("source", "mixed")
+    sources = map(str, source if isinstance(source, tuple) else [source])
+    return frozenset().union(
+        *(
+            _SUITE_SENSORS if each in (*SUITES, MIXED_CONTESTED) else _data(each).sensors
+            for each in sources
+        )
+    )
 
 
 @lru_cache(maxsize=8)

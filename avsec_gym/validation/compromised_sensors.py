@@ -18,7 +18,7 @@ import numpy as np
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, LazyImages, SensorFrame
-from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
+from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem, sensor_name
 from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
@@ -146,7 +146,7 @@ def _repaired(
 
 
 def _refuse(frame: SensorFrame, compromised: Sensor) -> NoReturn:
-    name = "the LiDAR" if compromised == LIDAR else f"camera {compromised}"
+    name = sensor_name(compromised)
     raise Untrusted(
         f"Frame {frame.id}: {name} is not to be trusted, and nothing takes its place.",
         path=frame.origin,

@@ -116,7 +116,7 @@ def test_wrong_configurations_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="dictionary"):
         made(config=5)
     with pytest.raises(ConfigurationError, match="sensor data"):
-        made(perception="sensors", detector="oracle").reset(seed=0)
+        made(perception="sensors", detector="oracle")
 
 
 def test_a_procedural_drive_follows_the_worlds_road() -> None:

@@ -20,6 +20,8 @@ from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.registration import CATALOGUE
 from avsec_gym.registry import Kind
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.sensor_system import KITTI_SYSTEM
+from avsec_gym.validation.shipped import shipped_file
 from avsec_gym.world.export import default_suites
 
 ENTRY_POINTS = [
@@ -113,6 +115,61 @@ def test_gym_make_tells_it_as_it_is(entry: Any) -> None:
         gym.make(entry.id, scenarios="no-such-scenarios")
     with pytest.raises(AvsecError):
         gym.make_vec(entry.id, num_envs=2, scenarios="no-such-scenarios")
+
+
+# Those whose car is attacked, and how it comes to read its sensors.
+ATTACKED: dict[str, list[dict[str, Any]]] = {
+    "avsec/DetectorBenchmark-v0": [{}, {"observation": "features"}],
+    "avsec/SensorIdentification-v0": [{}, {"scenarios": "mixed"}],
+    "avsec/ClosedLoop-v0": [
+        {"scenarios": "drives", "perception": level} for level in ("sensors", "lidar", "stereo")
+    ],
+}
+
+
+def test_every_attack_on_sensors_is_looked_at() -> None:
+    takes = {
+        entry.id
+        for entry in CATALOGUE
+        if {"attack", "detector"} <= set(parameters(entry.entry_point))
+    }
+    assert takes == set(ATTACKED)
+
+
+@pytest.mark.parametrize(
+    ("id", "arguments"),
+    [pytest.param(id, each, id=f"{id}-{each}") for id in ATTACKED for each in ATTACKED[id]],
+)
+def test_an_attack_on_a_sensor_that_the_car_lacks_is_refused(
+    id: str, arguments: dict[str, Any]
+) -> None:
+    """It was accepted, and failed at the first reset, once the suite had been rendered."""
+    with pytest.raises(ConfigurationError, match=r"is one on camera 7, but .* have "):
+        gym.make(id, attack={"name": "facula", "camera": 7}, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("level", "attack", "lacks"),
+    [("lidar", "facula", "camera 2"), ("stereo", "lidar_spoofing", "the LiDAR")],
+)
+def test_an_attack_on_what_a_level_does_not_read_is_refused(
+    level: str, attack: str, lacks: str
+) -> None:
+    drive = {"scenarios": "drives", "perception": level}
+    with pytest.raises(ConfigurationError, match=f"is one on {lacks}, but"):
+        gym.make("avsec/ClosedLoop-v0", attack=attack, **drive)
+    # A validator compares all sensors, so that all are read.
+    table = {"name": "thresholds", "thresholds": shipped_file("thresholds", KITTI_SYSTEM)}
+    gym.make("avsec/ClosedLoop-v0", attack=attack, validator=table, **drive)
+
+
+@pytest.mark.parametrize("level", ["sensors", "lidar", "stereo"])
+def test_sensors_are_read_only_where_scenes_have_some(level: str) -> None:
+    with pytest.raises(ConfigurationError, match="sensor data, which these scenes do not have"):
+        gym.make("avsec/ClosedLoop-v0", perception=level)
+    if level == "sensors":
+        with pytest.raises(ConfigurationError, match="sensor data, which these scenes do not have"):
+            gym.make("avsec/ClosedLoopAttack-v0", perception=level, kind="facula")
 
 
 MOTIONS = [point for point in ENTRY_POINTS if "motion" in parameters(point)]
