@@ -1,7 +1,8 @@
 """An entry of the benchmark: the rates of one part on the frozen scenes, as one JSON.
 
     {"schema": "avsec.benchmark.entry/1", "version": 1, "kind": "detector", "name": "dsgn", ...,
-     "rows": [{"scenes": "contested", "setting": "white_box", "safe_driving_rate": 0.41, ...}]}
+     "rows": [{"scenes": "contested", "setting": "white_box", "safe_driving_rate": 0.41, ...}],
+     "drives": [{"setting": "patch", "at_fault": {"count": 31, "of": 120, ...}, ...}]}
 
 `avsec_gym.benchmark.making` makes it; `read_entry` reads anybody's.
 """
@@ -13,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.json_rows import OPTIONAL, row_json, row_of
@@ -60,6 +62,8 @@ class EntryRow:
         paired: Differences of the rates, this setting minus the other, on the same episodes.
         alarms: Of a validator: frames with an alarm.
         named: Of a validator: frames of which it named the attacked sensors, and no others.
+        collided: Episodes that collide, of all of them.
+        stopped: Episodes that the car stops in at an alarm, of all of them.
     """
 
     scenes: str
@@ -70,6 +74,8 @@ class EntryRow:
     paired: PairedRates | None = field(default=None, metadata=OPTIONAL)
     alarms: Share | None = field(default=None, metadata=OPTIONAL)
     named: Share | None = field(default=None, metadata=OPTIONAL)
+    collided: Share | None = None
+    stopped: Share | None = None
 
 
 @dataclass(frozen=True)
@@ -97,7 +103,9 @@ class Entry:
             than the one by its own gradients, the whole interval of a difference below 0: then its
             gradients lead nowhere, and what seems robust under them is not.
         scenes: The scenes.
-        rows: The results.
+        rows: The results of single queries.
+        drives: The results in closed loop.
+        skipped: Sets that it was not driven in, by name, each with a sentence why.
         world: Fingerprint of the procedural world that rendered the scenes; empty without images.
         weights: SHA-256 of the weights of all networks that took part, by detector.
         budget: Of an attack: the most that it changes, grey levels, and of how many pixels.
@@ -119,12 +127,18 @@ class Entry:
     weights: Mapping[str, str]
     budget: Mapping[str, Any] | None
     made_by: Mapping[str, Any]
+    drives: Sequence[DrivesRow] = ()
+    skipped: Mapping[str, str] = field(default_factory=dict)
     failed: int = 0
 
     def row(self, scenes: str, setting: str) -> EntryRow | None:
         """The row of a setting on a set of scenes."""
         found = (row for row in self.rows if (row.scenes, row.setting) == (scenes, setting))
         return next(found, None)
+
+    def drive(self, setting: str) -> DrivesRow | None:
+        """The row of a setting in closed loop."""
+        return next((row for row in self.drives if row.setting == setting), None)
 
     def to_json(self) -> dict[str, Any]:
         """All of it, with its schema."""

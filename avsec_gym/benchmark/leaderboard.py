@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 
 from avsec_gym.benchmark.entry import Entry, EntryRow
+from avsec_gym.benchmark.leaderboard_cells import entry_cell, estimate_cell, share_cell
+from avsec_gym.benchmark.leaderboard_drives import closed_loop_table
 from avsec_gym.benchmark.protocol import (
     DETECTORS,
     OPTICAL,
@@ -20,8 +22,6 @@ from avsec_gym.benchmark.protocol import (
 from avsec_gym.benchmark.scene_sets import VERSION
 from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name
 from avsec_gym.emergency_stop import STOPPED
-from avsec_gym.metrics.clustered_shares import Share
-from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.runs.section import Section
 
 ALL, CONTESTED = "all", "contested"
@@ -47,7 +47,10 @@ def board(entries: Iterable[Entry]) -> list[Section]:
     for kind, make in makers.items():
         if own := by_kind.get(kind):
             title = f"{str(kind).capitalize()}s"
-            sections.append(Section(f"{kind}s", title, parts=[make(own)]))
+            tables = [make(own)]
+            if driven := [entry for entry in own if entry.drives]:
+                tables.append(closed_loop_table(kind, driven))
+            sections.append(Section(f"{kind}s", title, parts=tables))
     return sections
 
 
@@ -71,7 +74,7 @@ def _detectors(entries: Sequence[Entry]) -> Table:
     columns += [f"AP, {titles.get(setting, setting)}" for setting in settings]
     rows = [
         [
-            _named(entry),
+            entry_cell(entry),
             name("white box" if entry.white_box else "black box"),
             _masked(entry),
             _safe(_worst(entry)),
@@ -111,7 +114,7 @@ def _attacks(entries: Sequence[Entry]) -> Table:
         budget = entry.budget or {}
         rows.append(
             [
-                _named(entry),
+                entry_cell(entry),
                 figure(budget.get("change")),
                 name("all") if budget and budget["area"] is None else figure(budget.get("area")),
                 *map(_safe, found),
@@ -139,14 +142,14 @@ def _validators(entries: Sequence[Entry]) -> Table:
     for entry in sorted(entries, key=_cost):
         clean = entry.row(ALL, UNATTACKED + VALIDATED)
         seen = [entry.row(ALL, case + VALIDATED) for case in OPTICAL]
-        cells = [_named(entry)]
-        cells += [_share(row.alarms if row else None) for row in (clean, *seen)]
-        cells += [_share(row.named if row else None) for row in seen]
-        cells.append(_share(_drives(clean, clean.rates.failures.get(STOPPED, 0) if clean else 0)))
+        cells = [entry_cell(entry)]
+        cells += [share_cell(row.alarms if row else None) for row in (clean, *seen)]
+        cells += [share_cell(row.named if row else None) for row in seen]
+        cells.append(share_cell(clean.stopped if clean else None))
         for case in OPTICAL:
             for setting in (case + VALIDATED, case):
                 row = entry.row(CONTESTED, setting)
-                cells.append(_share(_drives(row, row.rates.collisions if row else 0)))
+                cells.append(share_cell(row.collided if row else None))
         rows.append(cells)
     note = (
         "Alarms, named sensors and needless stops on all scenes: at an alarm the car stops. "
@@ -173,11 +176,6 @@ def _left_safe(entry: Entry) -> tuple[float, str]:
     return (math.inf if row is None else row.rates.safe_driving_rate), entry.name
 
 
-def _drives(row: EntryRow | None, count: int) -> Share | None:
-    """So many of a row's drives."""
-    return Share.of_counts(count, row.rates.scenarios) if row else None
-
-
 def _planners(entries: Sequence[Entry]) -> Table:
     columns = ["planner", "safe, all, %", "safe, contested, %", "collisions, all, %"]
     columns += ["travel time, s", "cost SM1"]
@@ -188,7 +186,7 @@ def _planners(entries: Sequence[Entry]) -> Table:
         found = rates.to_json() if rates is not None else {}
         rows.append(
             [
-                _named(entry),
+                entry_cell(entry),
                 _safe(every),
                 _safe(contested),
                 figure(
@@ -214,12 +212,6 @@ def _safest_first(entries: Sequence[Entry], scenes: str, setting: str) -> list[E
         return -1.0 if row is None else row.rates.safe_driving_rate
 
     return sorted(entries, key=lambda entry: (-rate(entry), entry.name))
-
-
-def _named(entry: Entry) -> TableCell:
-    made = f"avsec_gym {entry.made_by.get('avsec_gym', '?')}"
-    world = f", world {entry.world}" if entry.world else ""
-    return name(entry.name, hint=f"{made}{world}")
 
 
 def _masked(entry: Entry) -> TableCell:
@@ -248,20 +240,10 @@ def _safe(row: EntryRow | None) -> TableCell:
 def _difference(row: EntryRow | None) -> TableCell:
     if row is None or row.paired is None:
         return figure(None)
-    return _estimate(row.paired.safe_driving_rate, scale=100, signed=True)
+    return estimate_cell(row.paired.safe_driving_rate, scale=100, signed=True)
 
 
 def _precision(row: EntryRow | None) -> TableCell:
     if row is None or row.precision is None:
         return figure(None)
-    return _estimate(row.precision.strict)
-
-
-def _estimate(estimate: Estimate, *, scale: float = 1.0, signed: bool = False) -> TableCell:
-    return figure(estimate.value, estimate.interval, scale=scale, signed=signed)
-
-
-def _share(share: Share | None) -> TableCell:
-    if share is None:
-        return figure(None)
-    return figure(share.rate, share.interval, scale=100, hint=f"{share.count} of {share.of}")
+    return estimate_cell(row.precision.strict)

@@ -76,10 +76,7 @@ class FrozenSet:
             ConfigurationError: This release makes other scenes.
         """
         if digest_of(self._scenes) != self.digest:
-            raise ConfigurationError(
-                f"the scenes {self.name!r} of this release are not those of version {VERSION} of "
-                "the benchmark: install a release whose changelog names that version"
-            )
+            raise refused(self.name)
 
     def count(self, *, images: bool, quick: bool = False) -> int:
         """How many scenes an entry uses, with images or without."""
@@ -127,9 +124,22 @@ class FrozenSet:
 @cache
 def frozen_sets() -> Mapping[str, FrozenSet]:
     """The sets of this version by their names."""
+    return {name: _set(name, one) for name, one in version_file()["sets"].items()}
+
+
+@cache
+def version_file() -> Mapping[str, Any]:
+    """All that is frozen of this version."""
     path = Path(__file__).with_name(FROZEN)
-    found = read_json_object(path, remedy="It belongs to the package: install it again.")
-    return {name: _set(name, one) for name, one in found["sets"].items()}
+    return read_json_object(path, remedy="It belongs to the package: install it again.")
+
+
+def refused(name: str) -> ConfigurationError:
+    """That this release makes other scenes of a set than the version has."""
+    return ConfigurationError(
+        f"the scenes {name!r} of this release are not those of version {VERSION} of "
+        "the benchmark: install a release whose changelog names that version"
+    )
 
 
 def digest_of(scenes: Iterable[Scene]) -> str:

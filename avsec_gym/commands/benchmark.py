@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -13,6 +14,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from avsec_gym.benchmark.entry import Entry, EntryRow
+    from avsec_gym.metrics.clustered_shares import Share
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +50,7 @@ class _Enter:
                 self.out,
                 name=self.name,
                 quick=self.quick,
+                error_models=self._error_models,
                 workers=self.workers,
                 on_progress=shown,
             )
@@ -55,6 +58,8 @@ class _Enter:
             console.print_json("benchmark.entry", entry.to_json())
         else:
             _print(entry)
+            for scenes, reason in entry.skipped.items():
+                console.say(f"avsec: {scenes} was left out: {reason}")
             left = ""
             if entry.failed:
                 left = (
@@ -70,9 +75,27 @@ class _Enter:
 
         return named_part(self.part, f"the {self.kind}")
 
+    @property
+    def _error_models(self) -> tuple[str, ...]:
+        return ()
+
 
 @dataclass(frozen=True, kw_only=True)
-class BenchmarkDetector(_Enter):
+class _EnterByErrors(_Enter):
+    """What stands in closed loop by its errors."""
+
+    error_model: tuple[str, ...] = ()
+    """For the closed loop: files of `avsec error-model fit`, or names of shipped ones, without an
+    attack and under attacks.  Default: shipped ones that were fitted to it as it is, if there are
+    any; without one the closed loop is left out."""
+
+    @property
+    def _error_models(self) -> tuple[str, ...]:
+        return self.error_model
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkDetector(_EnterByErrors):
     """Enter a detector: how a car drives by what it sees, unattacked and under attacks.
 
     Instead of a detector's name, a folder of its KITTI result files may be given:
@@ -92,7 +115,7 @@ class BenchmarkDetector(_Enter):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchmarkAttack(_Enter):
+class BenchmarkAttack(_EnterByErrors):
     """Enter an attack: what it costs the package's detectors, which it may know, and the drives."""
 
     kind = "attack"
@@ -219,6 +242,28 @@ def _print(entry: Entry) -> None:
         [columns[i] for i in used],
         [[row[i] for i in used] for row in rows],
     )
+    if entry.drives:
+        console.print_table(
+            "in closed loop",
+            ["setting", "at fault, %", "off road, %", "goal, %", "NAVSIM's score", "against"],
+            [
+                [
+                    row.setting,
+                    *(_percent(share) for share in (row.at_fault, row.off_road, row.goal)),
+                    console.percent(row.navsim_score.value, _bounds(row.navsim_score.interval)),
+                    row.against,
+                ]
+                for row in entry.drives
+            ],
+        )
+
+
+def _percent(share: Share | None) -> str:
+    return "" if share is None else console.percent(share.rate, _bounds(share.interval))
+
+
+def _bounds(interval: Sequence[float] | None) -> list[float] | None:
+    return None if interval is None else [*interval]
 
 
 def _cells(row: EntryRow) -> list[str]:
@@ -229,16 +274,13 @@ def _cells(row: EntryRow) -> list[str]:
     difference = ""
     if row.paired is not None:
         own = row.paired.safe_driving_rate
-        difference = console.percent(own.value, None if own.interval is None else [*own.interval])
+        difference = console.percent(own.value, _bounds(own.interval))
     precision = ""
     if row.precision is not None and row.precision.strict.value is not None:
         precision = f"{row.precision.strict.value:.1f}"
-    alarms = ""
-    if row.alarms is not None:
-        alarms = console.percent(row.alarms.rate, [*(row.alarms.interval or ())] or None)
     stops = row.rates.failures.get(STOPPED, 0)
     counts = [str(count) if count else "" for count in (row.rates.collisions, stops)]
     return [
         *(row.scenes, row.setting, safe, counts[0]),
-        *(row.against, difference, precision, alarms, counts[1]),
+        *(row.against, difference, precision, _percent(row.alarms), counts[1]),
     ]

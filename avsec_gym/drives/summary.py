@@ -111,7 +111,7 @@ def _summary(
             rate: share_of([counts(row) for row in rows], clusters)
             for rate, counts in RATES.items()
         },
-        navsim_score=_mean(np.array([row["navsim_score"] for row in rows]), clusters),
+        navsim_score=mean_over_scenes(np.array([row["navsim_score"] for row in rows]), clusters),
         outcomes={
             str(each): sum(row["outcome"] == each for row in rows)
             for each in Outcome
@@ -135,11 +135,16 @@ def _differences(rows: list[DriveRow], first: list[DriveRow], cluster: Cluster) 
         "at_fault": [float(row["at_fault"]) - float(other["at_fault"]) for row, other in pairs],
         "navsim_score": [row["navsim_score"] - other["navsim_score"] for row, other in pairs],
     }
-    return {name: _mean(np.array(own), clusters) for name, own in differences.items()}
+    return {name: mean_over_scenes(np.array(own), clusters) for name, own in differences.items()}
 
 
-def _mean(values: Floats, scenes: Sequence[str]) -> Mean:
-    """A mean with the 95 % percentile interval of a bootstrap that draws whole scenes."""
+def mean_over_scenes(values: Floats, scenes: Sequence[str]) -> Mean:
+    """A mean with the 95 % percentile interval of a bootstrap that draws whole scenes.
+
+    Args:
+        values: A value of each drive, shape (N,), N one or more.
+        scenes: The scene, or whatever else is a cluster, that each drive is of; N names.
+    """
     _, scene = np.unique(np.array(scenes), return_inverse=True)
     counts, sums = np.bincount(scene), np.bincount(scene, values)
     if len(counts) < 2:

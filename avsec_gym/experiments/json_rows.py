@@ -101,8 +101,8 @@ def row_of(kind: type[R], columns: Mapping[str, Any]) -> R:
         key, hint = column.metadata.get("key", column.name), hints[column.name]
         if "flat" in column.metadata or hint is SafetyRates:
             values[column.name] = _flat_value(hint, columns)
-        elif isinstance(hint, type) and issubclass(hint, HasColumns):
-            values[column.name] = hint.of_columns(key, columns)
+        elif (several := _has_columns(hint)) is not None:
+            values[column.name] = _of_columns(several, key, columns, NoneType in get_args(hint))
         elif key in columns:
             values[column.name] = _value(hint, columns[key])
         elif NoneType in get_args(hint):
@@ -127,6 +127,26 @@ def _columns(key: str, value: object, *, flat: bool) -> dict[str, object]:
             for name, number in _columns(inner, item, flat=False).items()
         }
     return row_json(value) if flat else {key: as_json(value)}
+
+
+def _has_columns(hint: Any) -> type[HasColumns] | None:
+    """The class of a field that makes several columns, whether it may be None or not."""
+    for member in get_args(hint) if NoneType in get_args(hint) else (hint,):
+        if isinstance(member, type) and issubclass(member, HasColumns):
+            return member
+    return None
+
+
+def _of_columns(
+    kind: type[HasColumns], key: str, columns: Mapping[str, Any], may_be_none: bool
+) -> HasColumns | None:
+    """The value of several columns; None where it may be None and one of them is missing."""
+    try:
+        return kind.of_columns(key, columns)
+    except KeyError:
+        if may_be_none:
+            return None
+        raise
 
 
 def _flat_value(hint: Any, columns: Mapping[str, Any]) -> Any:

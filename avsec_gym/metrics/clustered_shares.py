@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from avsec_gym.metrics.intervals import wilson_interval
 
@@ -75,12 +75,33 @@ def share_of(hits: ArrayLike, clusters: Sequence[str]) -> Share:
         return _NO_CASE
     flags = np.asarray(hits, bool).reshape(len(clusters), -1)
     count, of = int(flags.sum()), int(flags.size)
-    interval = wilson_interval(count, of, _Z95 * math.sqrt(_design_effect(flags, clusters)))
-    return Share(count, of, count / of, interval)
+    effect = design_effect(flags, clusters)
+    return Share(count, of, count / of, clustered_interval(count, of, effect))
 
 
-def _design_effect(flags: NDArray[np.bool_], clusters: Sequence[str]) -> float:
-    """How many times as much a share varies as that of independent cases would; at least 1."""
+def clustered_interval(count: int, of: int, effect: float) -> tuple[float, float]:
+    """The 95 % interval of a share whose cases belong together in clusters.
+
+    Args:
+        count: The number of hits.
+        of: The number of cases.
+        effect: The design effect of the clusters, 1 or more; 1 gives Wilson's interval.
+    """
+    return wilson_interval(count, of, _Z95 * math.sqrt(effect))
+
+
+def design_effect(hits: ArrayLike, clusters: Sequence[str]) -> float:
+    """How many times as much a share varies as that of independent cases would; at least 1.
+
+    Args:
+        hits: As of `share_of`, one or more.
+        clusters: As of `share_of`.
+
+    Example:
+        >>> design_effect([True, True, False, False], ["a", "a", "b", "b"])
+        2.0
+    """
+    flags = np.asarray(hits, bool).reshape(len(clusters), -1)
     _, cluster = np.unique(np.asarray(clusters), return_inverse=True)
     cases = np.bincount(cluster) * float(flags.shape[1])
     hits = np.bincount(cluster, flags.sum(axis=1))

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.metrics.clustered_shares import clustered_interval, design_effect
 from avsec_gym.metrics.collision_check import first_contact
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.metrics.swept_contact import first_swept_contact
@@ -125,7 +126,11 @@ def judge(
 
 @dataclass(frozen=True)
 class SafetyRates:
-    """The three rates over a set of scenarios, each with its 95 % Wilson interval."""
+    """The three rates over a set of scenarios, each with its 95 % interval.
+
+    It is Wilson's; where several episodes share a scenario, it can be widened by the design effect
+    of the scenarios (`avsec_gym.metrics.clustered_shares`).
+    """
 
     scenarios: int
     """k_dts"""
@@ -143,10 +148,19 @@ class SafetyRates:
     """CommonRoad's cost SM1, over planned scenarios; nan without any."""
     swept_collisions: int | None = None
     """Planned scenarios that touch something at or between time steps; None if not checked."""
+    design_effects: Mapping[str, float] | None = None
+    """Of each rate, by its name: how many times as much it varies as if all episodes were
+    independent; None: they are taken to be."""
 
     @classmethod
-    def of(cls, records: Iterable[SafetyRecord]) -> SafetyRates:
-        """Count records."""
+    def of(cls, records: Iterable[SafetyRecord], *, clustered: bool = False) -> SafetyRates:
+        """Count records.
+
+        Args:
+            records: Records.
+            clustered: Whether the records of one scenario, such as those of its intentions, are one
+                cluster of the intervals; else all records are taken to be independent.
+        """
         records = list(records)
         planned = [record for record in records if record.planned]
         return cls(
@@ -165,6 +179,7 @@ class SafetyRates:
                 if any(record.swept_collision is None for record in planned)
                 else sum(bool(record.swept_collision) for record in planned)
             ),
+            design_effects=_design_effects(records, planned) if clustered else None,
         )
 
     @property
@@ -192,14 +207,14 @@ class SafetyRates:
     def to_json(self) -> dict[str, Any]:
         """Rates as fractions with intervals; a rate without cases is None."""
         safe = self.planned - self.collisions
-        return {
+        found: dict[str, Any] = {
             "scenarios": self.scenarios,
             "success_rate": _number(self.success_rate),
-            "success_rate_interval": _interval(self.planned, self.scenarios),
+            "success_rate_interval": self._interval(SUCCESS, self.planned, self.scenarios),
             "collision_rate": _number(self.collision_rate),
-            "collision_rate_interval": _interval(self.collisions, self.planned),
+            "collision_rate_interval": self._interval(COLLIDED, self.collisions, self.planned),
             "safe_driving_rate": _number(self.safe_driving_rate),
-            "safe_driving_rate_interval": _interval(safe, self.scenarios),
+            "safe_driving_rate_interval": self._interval(SAFE_DRIVING, safe, self.scenarios),
             "planned": self.planned,
             "collisions": self.collisions,
             "failures": self.failures,
@@ -211,9 +226,41 @@ class SafetyRates:
             "swept_collision_rate_interval": (
                 None
                 if self.swept_collisions is None
-                else _interval(self.swept_collisions, self.planned)
+                else self._interval(SWEPT, self.swept_collisions, self.planned)
             ),
         }
+        if self.design_effects is not None:
+            found["design_effects"] = dict(self.design_effects)
+        return found
+
+    def _interval(self, rate: str, hits: int, cases: int) -> list[float] | None:
+        if not cases:
+            return None
+        if self.design_effects is None:
+            return [*wilson_interval(hits, cases)]
+        return [*clustered_interval(hits, cases, self.design_effects[rate])]
+
+
+SUCCESS, COLLIDED, SAFE_DRIVING = "success_rate", "collision_rate", "safe_driving_rate"
+SWEPT = "swept_collision_rate"
+"""Names of rates."""
+
+
+def _design_effects(
+    records: Sequence[SafetyRecord], planned: Sequence[SafetyRecord]
+) -> dict[str, float]:
+    """Of each rate that has cases, a cluster for each scenario."""
+    hits: dict[str, tuple[Sequence[SafetyRecord], list[bool]]] = {
+        SUCCESS: (records, [record.planned for record in records]),
+        COLLIDED: (planned, [record.collision for record in planned]),
+        SAFE_DRIVING: (records, [record.safe for record in records]),
+        SWEPT: (planned, [bool(record.swept_collision) for record in planned]),
+    }
+    return {
+        name: design_effect(flags, [record.scenario for record in cases])
+        for name, (cases, flags) in hits.items()
+        if flags
+    }
 
 
 def _mean(values: list[float]) -> float:
@@ -226,7 +273,3 @@ def _share(part: int, whole: int) -> float:
 
 def _number(value: float) -> float | None:
     return None if math.isnan(value) else value
-
-
-def _interval(successes: int, cases: int) -> list[float] | None:
-    return list(wilson_interval(successes, cases)) if cases else None

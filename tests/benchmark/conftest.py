@@ -7,7 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from avsec_gym.benchmark import episodes, frames, making, protocol
+from avsec_gym.benchmark import (
+    entry_sets,
+    episodes,
+    frames,
+    loop_drives,
+    loop_protocol,
+    making,
+    protocol,
+)
+from avsec_gym.benchmark.loop_scenes import FrozenDrives, digest_of_drives, frozen_drives
 from avsec_gym.benchmark.scene_sets import Extent, FrozenSet, digest_of, frozen_sets
 from avsec_gym.evaluation.contested import chosen_recipe
 from avsec_gym.rig import camera_rig
@@ -28,6 +37,16 @@ def frozen(name: str, numbers: tuple[int, ...], ways: Mapping[int, frozenset[Int
     return FrozenSet(name, SEED, numbers, ways, extent, Extent(1, 1), digest)
 
 
+def few_drives(ways: Mapping[str, tuple[Intention, ...]], quick: int = 1) -> FrozenDrives:
+    """A set of few drives of the frozen ones, and one error model for planners."""
+    models = dict([*frozen_drives().error_models.items()][:1])
+    made = FrozenDrives(frozen_drives().seed, ways, quick, "", "", models)
+    digests = (
+        digest_of_drives(map(made.scenes.scene, made.ids(quick=quick))) for quick in (False, True)
+    )
+    return FrozenDrives(made.seed, ways, quick, *digests, models)
+
+
 @pytest.fixture(scope="session")
 def small_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("cache")
@@ -43,14 +62,19 @@ def few(monkeypatch: pytest.MonkeyPatch, small_cache: Path) -> dict[str, FrozenS
         "all": frozen("all", (0, 1), None),
         "contested": frozen("contested", (first,), {first: contested.intentions[first]}),
     }
-    for module in (making, episodes, frames):
+    for module in (making, entry_sets, episodes, frames):
         monkeypatch.setattr(module, "frozen_sets", lambda: sets)
+    first, second = [*frozen_drives().ways][:2]
+    drives = few_drives({id: frozen_drives().ways[id] for id in (first, second)})
+    for module in (entry_sets, loop_drives, loop_protocol):
+        monkeypatch.setattr(module, "frozen_drives", lambda: drives)
     sensors = Sensors((2, 3), rig=RIG)
     monkeypatch.setattr(
         "avsec_gym.benchmark.scene_sets.chosen_recipe",
         lambda numbers, **given: chosen_recipe(numbers, sensors=sensors, **given),
     )
-    monkeypatch.setattr(protocol, "DETECTORS", ("oracle", "scan_obstacles"))
+    for module in (protocol, loop_protocol):
+        monkeypatch.setattr(module, "DETECTORS", ("oracle", "scan_obstacles"))
     monkeypatch.setattr(protocol, "PERTURBATION", {"name": "random_noise", "strength": 8.0})
     monkeypatch.setattr(
         protocol, "OPTICAL", {"facula": ("oracle", {"name": "facula", "camera": 2})}

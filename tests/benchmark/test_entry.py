@@ -10,14 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avsec_gym.benchmark import making
+from avsec_gym.benchmark import loop_drives, query_rows
 from avsec_gym.benchmark.entry import read_entry
 from avsec_gym.benchmark.frames import write_frames
 from avsec_gym.benchmark.making import entered
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.benchmark.scene_sets import FrozenSet
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
+from avsec_gym.drives.one_drive import DriveTask, drive
+from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.labels import write_detections
@@ -53,11 +57,68 @@ def test_a_planner(few: dict[str, FrozenSet], tmp_path: Path) -> None:
     assert {name: found[name] for name in ("planned", "collisions", "failures")} == {
         name: expected[name] for name in ("planned", "collisions", "failures")
     }
+    assert (
+        found["safe_driving_rate_interval"]
+        == (SafetyRates.of(records, clustered=True).to_json()["safe_driving_rate_interval"])
+    )
     # Made anew it is the same; gone on with, nothing is driven again.
     again = made("planner", "gbfs", tmp_path / "two")
     assert again.to_json() == entry.to_json() == made("planner", "gbfs", tmp_path / "one").to_json()
     assert read_entry(tmp_path / "one" / "entry.json").to_json() == entry.to_json()
     assert made("planner", "gbfs", tmp_path / "quick", quick=True).rows[0].rates.scenarios == 3
+
+
+def test_a_planner_drives_on_as_avsec_drive_has_it(
+    few: dict[str, FrozenSet], tmp_path: Path
+) -> None:
+    entry = made("planner", "astar", tmp_path / "one")
+    drives = loop_drives.frozen_drives()
+    truth, errors = entry.drives
+    assert (truth.setting, errors.setting, errors.against) == ("truth", "dsgn", "truth")
+    assert truth.goal.count == truth.goal.of == sum(map(len, drives.ways.values()))
+    assert (truth.at_fault.count, truth.scenes) == (0, 2)
+    perception = {"name": "error_model", "model": str(drives.error_models["dsgn"])}
+    car = DriveSetting("dsgn", {"perception": perception}).environment(drives.scenes)
+    rows = [
+        drive(car, DriveTask("dsgn", id, str(way), drives.number(id, way))).row
+        for id, ways in drives.ways.items()
+        for way in ways
+    ]
+    assert errors.at_fault.count == sum(row["at_fault"] for row in rows)
+    assert errors.goal.count == sum(row["outcome"] == "goal" for row in rows)
+    scores = np.mean([row["navsim_score"] for row in rows])
+    assert errors.navsim_score.value == pytest.approx(scores)
+    assert truth.navsim_score.value is not None
+    assert errors.navsim_difference is not None
+    assert errors.navsim_difference.value == pytest.approx(scores - truth.navsim_score.value)
+    assert made("planner", "astar", tmp_path / "two").to_json() == entry.to_json()
+    again = read_entry(tmp_path / "one" / "entry.json").drive("dsgn")
+    assert again is not None
+    assert row_json(again) == row_json(errors)
+
+
+def test_a_detector_drives_on_by_its_error_models(
+    few: dict[str, FrozenSet], tmp_path: Path
+) -> None:
+    """Sure sight and blindness as error models: what makes the drives contested ones."""
+    sure = ErrorModel(card={"detector": "oracle", "attack": ""})
+    blind = replace(
+        sure, found=(-50.0, *sure.found[1:]), card={"detector": "oracle", "attack": "curtain"}
+    )
+    files = [str(tmp_path / "sure.json"), str(tmp_path / "blind.json")]
+    for path, model in zip(files, (sure, blind), strict=True):
+        write_error_model(path, model)
+    entry = made("detector", "oracle", tmp_path / "out", error_models=files)
+    seeing, dark = entry.drives
+    assert (seeing.setting, dark.setting, dark.attack) == ("unattacked", "curtain", "curtain")
+    assert (seeing.at_fault.count, dark.goal.count) == (0, 0)
+    assert seeing.goal.count == seeing.goal.of
+    assert dark.at_fault.count + dark.off_road.count == dark.goal.of
+    assert entry.skipped == {}
+    assert [row.scenes for row in entry.scenes] == ["all", "contested", "closed_loop"]
+    assert str(tmp_path) not in json.dumps(entry.to_json())
+    with pytest.raises(DataError):
+        made("detector", "oracle", tmp_path / "out", error_models=files[:1])
 
 
 def test_a_detector_that_sees_all_and_one_that_sees_nothing(
@@ -71,6 +132,8 @@ def test_a_detector_that_sees_all_and_one_that_sees_nothing(
     assert seeing.white_box is False
     assert not seeing.masked
     assert seeing.weights == {}
+    assert not seeing.drives
+    assert "--error-model" in seeing.skipped["closed_loop"]
     assert seeing.rows[1].paired is not None
     assert seeing.rows[1].paired.safe_driving_rate.value == 0.0
     # That is what makes the scene a contested one.
@@ -190,14 +253,14 @@ def test_gradients_that_lead_nowhere(
     if name not in names(Kind.DETECTOR):
         register(Kind.DETECTOR, name, lambda: Fooled(masked))
     # One scene has no interval: the difference itself decides.
-    whole = making.paired_differences
+    whole = query_rows.paired_differences
 
     def certain(first: Any, second: Any) -> Any:
         found = whole(first, second)
         value = found.safe_driving_rate.value
         return replace(found, safe_driving_rate=Estimate(value, (value, value)))
 
-    monkeypatch.setattr(making, "paired_differences", certain)
+    monkeypatch.setattr(query_rows, "paired_differences", certain)
     found = made("detector", name, tmp_path)
     assert found.white_box is True
     assert [row.setting for row in found.rows][-1] == "white_box"

@@ -10,10 +10,13 @@ import pytest
 
 from avsec_gym.benchmark.entry import Entry, EntryRow, Precision, read_entry
 from avsec_gym.benchmark.leaderboard import board, left_out
+from avsec_gym.benchmark.loop_drives import DrivesRow
+from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, frozen_drives
 from avsec_gym.benchmark.making import entered
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.benchmark.scene_sets import frozen_sets
 from avsec_gym.cli import run
+from avsec_gym.drawing.page_table import Table
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.paired import paired_differences
@@ -28,7 +31,8 @@ def records(safe: int, of: int = 10) -> list[SafetyRecord]:
 
 
 def row(scenes: str, setting: str, safe: int, **more: Any) -> EntryRow:
-    return EntryRow(scenes, setting, SafetyRates.of(records(safe)), **more)
+    given = {"collided": Share.of_counts(10 - safe, 10), "stopped": Share.of_counts(0, 10)} | more
+    return EntryRow(scenes, setting, SafetyRates.of(records(safe)), **given)
 
 
 def entry(kind: str, name: str, *rows: EntryRow, **more: Any) -> Entry:
@@ -78,7 +82,10 @@ def test_attacks_validators_and_planners() -> None:
     )
     validator = entry(
         "validator", "watch",
-        replace(row("all", "unattacked validated", 9, alarms=share(1)), rates=stops),
+        replace(
+            row("all", "unattacked validated", 9, alarms=share(1)), rates=stops,
+            stopped=Share.of_counts(4, 4),
+        ),
         row("all", "facula validated", 9, alarms=share(40), named=share(30)),
         row("contested", "facula validated", 9), row("contested", "facula", 7),
     )  # fmt: skip
@@ -90,6 +97,37 @@ def test_attacks_validators_and_planners() -> None:
         ["watch", "2.0", "80.0", "–", "60.0", "–", "100.0", "10.0", "30.0", "–", "–"]
     ]  # fmt: skip
     assert found["planners"][0][:4] == ["astar", "90.0", "100.0", "10.0"]
+
+
+def test_the_closed_loop_has_a_table_of_its_own() -> None:
+    def car(setting: str, at_fault: int, score: float, **more: Any) -> DrivesRow:
+        return DrivesRow(
+            setting, 20, share(at_fault), share(at_fault), share(0), share(50 - at_fault),
+            Estimate(0.9), Estimate(score, (0.2, 0.8)), **more,
+        )  # fmt: skip
+
+    patch = {"name": "patch", "patch": "joint"}
+    worse = entry(
+        "detector", "worse", row("contested", "unattacked", 6),
+        drives=(
+            car("unattacked", 5, 0.7),
+            car("patch", 30, 0.4, against="unattacked", attack=patch,
+                navsim_difference=Estimate(-0.3, (-0.4, -0.2))),
+        ),
+    )  # fmt: skip
+    better = entry(
+        "detector", "better", row("contested", "unattacked", 4),
+        drives=(car("unattacked", 1, 0.8),),
+    )  # fmt: skip
+    (section,) = board([worse, better, entry("detector", "none", row("all", "unattacked", 5))])
+    _, table = section.parts
+    assert isinstance(table, Table)
+    assert [[cell.text for cell in cells][:3] for cells in table.rows] == [
+        ["better", "unattacked", "2.0"], ["worse", "unattacked", "10.0"], ["worse", "patch", "60.0"]
+    ]  # fmt: skip
+    assert [cell.text for cell in table.rows[2]][-2:] == ["40.0", "−30.0"]
+    assert "joint" in table.rows[2][1].hint
+    assert all(len(cells) == len(table.columns) for cells in table.rows)
 
 
 def test_what_is_left_out() -> None:
@@ -135,9 +173,10 @@ KEPT = sorted((Path(__file__).parents[2] / "leaderboard").glob("*/entry.json"))
 def test_entries_of_the_repository_are_of_todays_benchmark(path: Path) -> None:
     kept = read_entry(path)
     assert left_out(kept) == ""
-    frozen = frozen_sets()
+    digests = {name: frozen.digest for name, frozen in frozen_sets().items()}
+    digests[CLOSED_LOOP] = frozen_drives().digest
     assert {row.scenes: row.digest for row in kept.scenes} == {
-        name: one.digest for name, one in frozen.items()
+        name: digest for name, digest in digests.items() if name not in kept.skipped
     }
     assert "/" not in kept.made_by["platform"]
 
@@ -149,4 +188,7 @@ def test_entries_of_the_repository_are_made_again(path: Path, tmp_path: Path) ->
     if kept.kind.sees:
         pytest.skip("takes half an hour")
     made = entered(kept.kind, kept.part, tmp_path, workers=0)
-    assert made.to_json()["rows"] == kept.to_json()["rows"]
+    found, before = made.to_json(), kept.to_json()
+    assert {name: found[name] for name in ("rows", "drives")} == {
+        name: before[name] for name in ("rows", "drives")
+    }

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from avsec_gym.experiments.json_rows import FLAT, as_json, keyed, row_json, row_of
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL, as_json, keyed, row_json, row_of
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.scenario.intention import Intention
 
@@ -102,6 +103,21 @@ def test_rates_without_a_case_are_read_back() -> None:
     again = row_of(Empty, json.loads(text))
     assert math.isnan(again.rates.mean_path_length)
     assert json.dumps(row_json(again)) == text
+
+
+def test_a_figure_with_its_interval_may_be_missing() -> None:
+    @dataclass(frozen=True)
+    class Measured:
+        speed: Estimate | None
+        other: Estimate | None = field(default=None, metadata=OPTIONAL)
+
+    for measured, columns in (
+        (Measured(Estimate(0.5, [0.25, 0.75])), {"speed": 0.5, "speed_interval": [0.25, 0.75]}),
+        (Measured(Estimate(None)), {"speed": None, "speed_interval": None}),
+        (Measured(None), {"speed": None}),
+    ):
+        assert row_json(measured) == columns
+        assert row_of(Measured, columns) == measured
 
 
 def test_what_is_missing_is_none_where_it_may_be() -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.metrics.safety import (
     COLLISION,
@@ -80,6 +82,28 @@ def test_a_rate_without_cases_is_null() -> None:
     assert unplanned["mean_path_length"] is None
     assert unplanned["mean_travel_time"] is None
     json.dumps([nothing, unplanned], allow_nan=False)
+
+
+def test_intentions_of_one_scene_are_a_cluster() -> None:
+    """Three alike in each of ten scenes say as much as ten; three of thirty scenes say more."""
+    outcomes = [SAFE] * 6 + [COLLISION] * 3 + [UNPLANNED]
+    shared = [
+        replace(record(outcome), scenario=str(scene))
+        for scene, outcome in enumerate(outcomes)
+        for _ in range(3)
+    ]
+    apart = [replace(each, scenario=str(number)) for number, each in enumerate(shared)]
+    clustered, wilson = (SafetyRates.of(shared, clustered=own).to_json() for own in (True, False))
+    alone = SafetyRates.of(apart, clustered=True).to_json()
+    for name, hits, cases in (
+        ("success_rate", 9, 10), ("collision_rate", 3, 9), ("safe_driving_rate", 6, 10),
+    ):  # fmt: skip
+        assert clustered[name] == wilson[name] == alone[name]
+        assert clustered[f"{name}_interval"] == pytest.approx(wilson_interval(hits, cases))
+        assert alone[f"{name}_interval"] == pytest.approx(wilson[f"{name}_interval"])
+    assert alone["design_effects"]["collision_rate"] == pytest.approx(1.0)
+    assert row_of(SafetyRates, clustered).to_json() == clustered
+    json.dumps(SafetyRates.of([], clustered=True).to_json(), allow_nan=False)
 
 
 def test_a_record_is_json_and_knows_its_outcome() -> None:

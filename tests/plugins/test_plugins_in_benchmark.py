@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from avsec_gym.benchmark import episodes, making, protocol
+from avsec_gym.benchmark import (
+    entry_sets,
+    episodes,
+    loop_drives,
+    loop_protocol,
+    making,
+    protocol,
+)
+from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, digest_of_drives, frozen_drives
 from avsec_gym.benchmark.scene_sets import Extent, FrozenSet, digest_of, frozen_sets
+from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
+from avsec_gym.runs.fingerprints import fingerprint
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
 
 
@@ -30,9 +41,16 @@ def few(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     digest = digest_of(frozen.layouts().labelled)
     object.__setattr__(frozen, "digest", digest)
     object.__setattr__(frozen, "folder", data)
-    for module in (making, episodes):
+    for module in (making, entry_sets, episodes):
         monkeypatch.setattr(module, "frozen_sets", lambda: {"all": frozen})
-    monkeypatch.setattr(protocol, "DETECTORS", ("oracle", "stereo_clusters"))
+    first = next(iter(frozen_drives().ways))
+    drives = replace(frozen_drives(), ways={first: frozen_drives().ways[first]})
+    digest = digest_of_drives([drives.scenes.scene(first)])
+    drives = replace(drives, digest=digest, quick_digest=digest)
+    for module in (entry_sets, loop_drives, loop_protocol):
+        monkeypatch.setattr(module, "frozen_drives", lambda: drives)
+    for module in (protocol, loop_protocol):
+        monkeypatch.setattr(module, "DETECTORS", ("oracle", "stereo_clusters"))
     monkeypatch.setattr(protocol, "PERTURBATION", {"name": "random_noise", "strength": 8.0})
     monkeypatch.setattr(protocol, "OPTICAL", {"shift": ("oracle", {"name": "shifted_image"})})
 
@@ -62,13 +80,37 @@ def test_twice_the_same(
     first = json.loads(avsec(*words, tmp_path / "one").stdout)
     assert [row["setting"] for row in first["rows"]] == settings
     assert first["name"] == (part if part.isidentifier() else json.loads(part)["name"])
-    assert json.loads(avsec(*words, tmp_path / "two").stdout)["rows"] == first["rows"]
+    second = json.loads(avsec(*words, tmp_path / "two").stdout)
+    assert second["rows"] == first["rows"]
+    assert second["drives"] == first["drives"]
+    driven = [row["setting"] for row in first["drives"]]
+    assert driven == (["truth", "dsgn", "dsgn_patch"] if kind == "planner" else [])
+    assert (CLOSED_LOOP in first["skipped"]) == (kind != "planner")
     assert json.loads((tmp_path / "one" / "entry.json").read_text()) == first
     if kind == "validator":
         alarms = {
             row["setting"]: row["alarms"]["count"] for row in first["rows"] if "alarms" in row
         }
         assert alarms == {"unattacked validated": 0, "shift validated": 3}
+
+
+@pytest.mark.usefixtures("few")
+def test_a_detector_and_an_attack_drive_on_by_error_models(avsec: Any, tmp_path: Path) -> None:
+    """The detector under the attack, as `avsec error-model fit` would have filed both."""
+    shift = {"name": "shifted_image", "pixels": 5}
+    cards = [{"detector": "stereo_clusters", "attack": attack} for attack in ("", shift)]
+    files = [tmp_path / "clean.json", tmp_path / "shifted.json"]
+    for path, card in zip(files, cards, strict=True):
+        write_error_model(path, ErrorModel(card=card))
+    words = ["--workers", "0", "--json", "--error-model", *files, "--out"]
+    found = [
+        json.loads(avsec("benchmark", kind, part, *words, tmp_path / kind).stdout)["drives"]
+        for kind, part in (("detector", "stereo_clusters"), ("attack", json.dumps(shift)))
+    ]
+    assert [[row["setting"] for row in rows] for rows in found] == [
+        ["unattacked", "shifted_image"], ["stereo_clusters", "stereo_clusters attacked"],
+    ]  # fmt: skip
+    assert {row["error_model"] for rows in found for row in rows} == {*map(fingerprint, files)}
 
 
 @pytest.mark.slow

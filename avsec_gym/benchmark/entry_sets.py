@@ -1,0 +1,144 @@
+"""The frozen sets that an entry is driven in: those that make sense for its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.benchmark.entry import EntryRow
+from avsec_gym.benchmark.episodes import BENCHMARK
+from avsec_gym.benchmark.loop_drives import BENCHMARK_DRIVES, DrivesRow, drives_rows
+from avsec_gym.benchmark.loop_protocol import NoErrorModel, loop_settings
+from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, frozen_drives
+from avsec_gym.benchmark.protocol import Entered, Setting, is_replayed, settings_of
+from avsec_gym.benchmark.query_rows import query_rows
+from avsec_gym.benchmark.scene_sets import frozen_sets
+from avsec_gym.errors import DataError
+from avsec_gym.runs.experiment import Configuration, Experiment
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.storage.regular_files import is_file
+from avsec_gym.world.export.manifest import world_fingerprint
+
+Row = EntryRow | DrivesRow
+
+
+@dataclass(frozen=True)
+class EntrySet:
+    """A frozen set that an entry is driven in.
+
+    Args:
+        experiment: What is done in its scenes.
+        configuration: The scenes by the set's name, and what is entered.
+        count: The number of scenes.
+        digest: What they were frozen as.
+        rows: Makes the rows of an entry of a run.
+    """
+
+    experiment: Experiment
+    configuration: Configuration
+    count: int
+    digest: str
+    rows: Callable[[RunFolder], Sequence[Row]]
+
+    @property
+    def name(self) -> str:
+        """Of the set."""
+        return self.configuration.scenarios
+
+
+@dataclass(frozen=True)
+class EntrySets:
+    """The sets of an entry.
+
+    Args:
+        driven: Those that it is driven in.
+        skipped: Those that it is not, by name, each with a sentence why and what to do.
+    """
+
+    driven: Sequence[EntrySet]
+    skipped: Mapping[str, str] = field(default_factory=dict)
+
+
+def entry_sets(
+    kind: Entered, part: Any, *, quick: bool = False, error_models: Sequence[str] = ()
+) -> EntrySets:
+    """The sets of an entry; slips in what was entered are reported before anything is made.
+
+    Args:
+        kind: What is entered.
+        part: The part, as of `avsec_gym.benchmark.protocol.settings_of`.
+        quick: Whether a few scenes only are driven.
+        error_models: Error models, as of `avsec_gym.benchmark.loop_protocol.loop_settings`.
+
+    Raises:
+        ConfigurationError: There is no such part, or this release makes other scenes.
+        DataError: Results are missing.
+    """
+    driven, skipped = _queries(kind, part, quick), {}
+    try:
+        driven.append(_closed_loop(kind, part, quick, [*error_models]))
+    except NoErrorModel as reason:
+        skipped[CLOSED_LOOP] = str(reason)
+    return EntrySets(driven, skipped)
+
+
+def _queries(kind: Entered, part: Any, quick: bool) -> list[EntrySet]:
+    """Single queries."""
+    options = {"kind": str(kind), "part": part, "quick": quick}
+    options["world"] = world_fingerprint() if kind.sees else ""
+    sets = []
+    for name, frozen in frozen_sets().items():
+        for setting in settings_of(kind, part, name):
+            _check_results(setting, frozen.ids(quick=quick))
+        frozen.check()
+        rows = partial(_query_rows, kind=kind, part=part, name=name, quick=quick)
+        count = frozen.count(images=kind.sees, quick=quick)
+        configuration = Configuration(name, options=options)
+        sets.append(EntrySet(BENCHMARK, configuration, count, frozen.digest, rows))
+    return sets
+
+
+def _query_rows(
+    run: RunFolder, *, kind: Entered, part: Any, name: str, quick: bool
+) -> Sequence[EntryRow]:
+    return [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
+
+
+def _closed_loop(kind: Entered, part: Any, quick: bool, models: Sequence[str]) -> EntrySet:
+    """Drives in closed loop.
+
+    Raises:
+        NoErrorModel: Nothing stands for the part there.
+    """
+    settings, frozen = loop_settings(kind, part, models), frozen_drives()
+    frozen.check(quick=quick)
+    options = {"kind": str(kind), "part": part, "quick": quick, "error_models": [*models]}
+    return EntrySet(
+        BENCHMARK_DRIVES,
+        Configuration(CLOSED_LOOP, options=options),
+        len(frozen.ids(quick=quick)),
+        frozen.digest,
+        partial(drives_rows, settings=settings),
+    )
+
+
+def _check_results(setting: Setting, ids: Sequence[str]) -> None:
+    """Refuse results that are not there for every frame.
+
+    Raises:
+        DataError: A file is missing; one in which nothing was found is empty.
+    """
+    detector = (setting.parts or {}).get("detector", {})
+    if not is_replayed(detector):
+        return
+    folder = Path(detector["detections"])
+    missing = [id for id in ids if not is_file(folder / f"{id}.txt")]
+    if missing:
+        raise DataError(
+            f"{len(missing)} of {len(ids)} result files are not here, the first {missing[0]}.txt.",
+            path=folder,
+            remedy="Write a file for every frame, an empty one where nothing was found.",
+        )
