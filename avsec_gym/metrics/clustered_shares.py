@@ -104,10 +104,10 @@ def design_effect(hits: ArrayLike, clusters: Sequence[str]) -> float:
     flags = np.asarray(hits, bool).reshape(len(clusters), -1)
     _, cluster = np.unique(np.asarray(clusters), return_inverse=True)
     cases = np.bincount(cluster) * float(flags.shape[1])
-    hits = np.bincount(cluster, flags.sum(axis=1))
+    found = np.bincount(cluster, flags.sum(axis=1))
     # Two clusters of the usual size beside those seen: one all hits, one none.
     usual = cases.mean()
-    cases, hits = np.r_[cases, usual, usual], np.r_[hits, usual, 0.0]
-    rate = hits.sum() / cases.sum()
-    between = float(((hits - rate * cases) ** 2).sum())
+    cases, found = np.r_[cases, usual, usual], np.r_[found, usual, 0.0]
+    rate = found.sum() / cases.sum()
+    between = float(((found - rate * cases) ** 2).sum())
     return max(1.0, between / float(rate * (1 - rate) * cases.sum()))
