@@ -22,8 +22,9 @@ from avsec_gym.registration import CATALOGUE
 ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs/site"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-RUN_HERE = ("agents", "from_safebench", "layouts", "start/rl_researcher")
+RUN_HERE = ("agents", "from_safebench", "layouts", "start/rl_researcher", "world_made")
 """Pages whose snippets run below, as they stand."""
+RUN_SLOWLY = ("start/rl_researcher", "world_made")
 RUN_ELSEWHERE = {
     "README": "tests/test_examples.py",
     "environments": "tests/envs/test_whole.py, tests/envs/test_record_video.py",
@@ -68,10 +69,7 @@ def test_every_page_with_a_snippet_is_accounted_for() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=pytest.mark.slow if name == "start/rl_researcher" else [])
-        for name in RUN_HERE
-    ],
+    [pytest.param(name, marks=pytest.mark.slow if name in RUN_SLOWLY else []) for name in RUN_HERE],
 )
 def test_snippets_run_as_they_stand(name: str, tmp_path: Path) -> None:
     code = "\n".join(blocks(ROOT / f"docs/{name}.md", "python"))

@@ -88,21 +88,20 @@ def frame_picture(
     """
     calibration = frame.calibration
     left = frame.image(camera)
-    panels = [_titled(with_boxes(left, boxes, calibration, camera), f"camera {camera}, labels")]
+    panels = [titled(with_boxes(left, boxes, calibration, camera), f"camera {camera}, labels")]
     if partner in frame.images:
-        panels.append(_titled(frame.image(partner), f"camera {partner}"))
+        panels.append(titled(frame.image(partner), f"camera {partner}"))
     if disparity is not None:
-        panels.append(_titled(depth_picture(disparity), "disparity"))
+        panels.append(titled(depth_picture(disparity), "disparity"))
     if frame.has_points:
         shown = points_in_image(left, frame, camera)
-        panels.append(_titled(shown, "LiDAR in the image, colour by distance"))
+        panels.append(titled(shown, "LiDAR in the image, colour by distance"))
     if surfaces is not None:
-        blended = (0.45 * left + 0.55 * _SURFACES[np.minimum(surfaces, 12)]).astype(np.uint8)
-        panels.append(_titled(blended, "surfaces"))
+        panels.append(titled(surface_picture(left, surfaces), "surfaces"))
     column = np.concatenate(panels)
     if not frame.has_points:
         return column
-    above = _titled(view_from_above(frame, boxes, column.shape[0]), "LiDAR from above")
+    above = titled(view_from_above(frame, boxes, column.shape[0]), "LiDAR from above")
     return np.concatenate([column, above], axis=1)
 
 
@@ -129,6 +128,12 @@ def depth_picture(disparity: NDArray[np.float32]) -> Image:
     share[known] = np.clip(np.log(disparity[known] / 2.0) / np.log(60.0), 0.0, 1.0)
     picture = (_colours(share) * known[..., None]).astype(np.uint8)
     return np.ascontiguousarray(picture)
+
+
+def surface_picture(image: Image, surfaces: NDArray[np.uint8]) -> Image:
+    """An image in the colours of what its pixels show; see `frame_picture`."""
+    coloured = _SURFACES[np.minimum(surfaces, len(_SURFACES) - 1)]
+    return (0.45 * image + 0.55 * coloured).astype(np.uint8)
 
 
 def points_in_image(image: Image, frame: SensorFrame, camera: int) -> Image:
@@ -172,6 +177,20 @@ def view_from_above(frame: SensorFrame, boxes: Boxes3D | None, height: int) -> I
     return result
 
 
+def titled(image: Image, title: str) -> Image:
+    """A copy of an image with words in its upper left corner."""
+    result = image.copy()
+    # A dark rim: the same thin letters moved, since thick ones are wider.
+    for right, down in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1)):
+        _letters(result, title, (10 + right, 22 + down), (0, 0, 0))
+    _letters(result, title, (10, 22), (255, 255, 255))
+    return result
+
+
+def _letters(image: Image, text: str, place: tuple[int, int], colour: tuple[int, ...]) -> None:
+    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, 1, cv2.LINE_AA)
+
+
 def _line(image: Image, start, end, projection, colour) -> None:  # type: ignore[no-untyped-def]
     """A line in space, cut off before the camera."""
     low, high = sorted((start, end), key=lambda point: point[2])
@@ -187,14 +206,3 @@ def _line(image: Image, start, end, projection, colour) -> None:  # type: ignore
 def _colours(share: NDArray[np.floating]) -> NDArray[np.uint8]:
     """Of the turbo map, shape (..., 3)."""
     return (matplotlib.colormaps["turbo"](share)[..., :3] * 255).astype(np.uint8)
-
-
-def _titled(image: Image, title: str) -> Image:
-    result = np.ascontiguousarray(image)
-    if result.base is not None or result is image:
-        result = result.copy()
-    cv2.putText(result, title, (11, 23), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (0, 0, 0), 3, cv2.LINE_AA)
-    cv2.putText(
-        result, title, (10, 22), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 1, cv2.LINE_AA
-    )
-    return result

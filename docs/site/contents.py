@@ -32,6 +32,7 @@ CONTENTS = {
         "closed_loop",
         "planner",
         "world",
+        "world_made",
         "layouts",
         "data",
         "runs",
