@@ -18,7 +18,7 @@ from avsec_gym.world.posed_scenes import posed_scene_of_layout
 from avsec_gym.world.rendering.lidar import Lidar
 from studies.world.gallery import PICTURES, STREET, instance_picture, main
 from studies.world.light_steps import met_by_rays
-from studies.world.panels import panel_sheet
+from studies.world.panels import STRIP, panel_sheet
 from studies.world.seen_from_above import FromAbove, connected_picture, layout_picture
 
 
@@ -37,9 +37,12 @@ def test_each_object_has_one_colour() -> None:
 def test_panels_are_reduced_and_lie_in_a_grid() -> None:
     bright = np.full((60, 200, 3), 250, np.uint8)
     sheet = panel_sheet({"a": bright, "b": 0 * bright, "c": bright}, 2, 200)
-    assert sheet.shape == (66, 206, 3)
-    assert sheet[25, 90].mean() > 240
-    assert sheet[25, 196].mean() < 10
+    assert sheet.shape == (2 * (30 + STRIP) + 6, 206, 3)
+    assert sheet[STRIP + 15, 90].mean() == 250
+    assert sheet[STRIP + 15, 196].mean() == 0
+    # Dark letters on a white strip above each.
+    assert sheet[:STRIP, 106:150].min() < 100
+    assert sheet[:STRIP, 150:].min() == 255
 
 
 def test_places_ahead_are_right_and_places_to_the_left_above() -> None:
