@@ -18,6 +18,7 @@ class Kind(StrEnum):
     IMAGE_DETECTOR = "image_detector"
     DRIVE_ATTACK = "drive_attack"
     CONNECTED_ATTACK = "connected_attack"
+    CONNECTED_VALIDATOR = "connected_validator"
     DEFENCE = "defence"
 
     @property
@@ -122,6 +123,14 @@ BUILT_IN = {
         "avsec_gym.validation.connected.attacks.removed_object:RemovedObject",
         {},
     ),
+    (Kind.CONNECTED_VALIDATOR, "rays"): (
+        "avsec_gym.validation.connected.named_validators:rays_validator",
+        {},
+    ),
+    (Kind.CONNECTED_VALIDATOR, "surfaces"): (
+        "avsec_gym.validation.connected.named_validators:surfaces_validator",
+        {},
+    ),
     (Kind.DRIVE_ATTACK, "ghost"): ("avsec_gym.closed_loop.attack.lasting_ghosts:LastingGhosts", {}),
     (Kind.DRIVE_ATTACK, "facula"): (
         "avsec_gym.closed_loop.attack.tracking_facula:TrackingFacula",
@@ -150,6 +159,7 @@ METHODS = {
     Kind.IMAGE_DETECTOR: "detect",
     Kind.DRIVE_ATTACK: "act",
     Kind.CONNECTED_ATTACK: "attack",
+    Kind.CONNECTED_VALIDATOR: "validate",
     Kind.DEFENCE: "defend",
 }
 """What an object of each kind can do."""

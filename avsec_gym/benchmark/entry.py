@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.benchmark.connected_instants import InstantsRow
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.errors import DataError
@@ -105,6 +106,7 @@ class Entry:
         scenes: The scenes.
         rows: The results of single queries.
         drives: The results in closed loop.
+        instants: The results of a validator of several vehicles.
         skipped: Sets that it was not driven in, by name, each with a sentence why.
         world: Fingerprint of the procedural world that rendered the scenes; empty without images.
         weights: SHA-256 of the weights of all networks that took part, by detector.
@@ -128,6 +130,7 @@ class Entry:
     budget: Mapping[str, Any] | None
     made_by: Mapping[str, Any]
     drives: Sequence[DrivesRow] = ()
+    instants: Sequence[InstantsRow] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     failed: int = 0
 
@@ -139,6 +142,10 @@ class Entry:
     def drive(self, setting: str) -> DrivesRow | None:
         """The row of a setting in closed loop."""
         return next((row for row in self.drives if row.setting == setting), None)
+
+    def instant(self, setting: str) -> InstantsRow | None:
+        """The row of a state of the connected vehicles."""
+        return next((row for row in self.instants if row.setting == setting), None)
 
     def to_json(self) -> dict[str, Any]:
         """All of it, with its schema."""

@@ -8,21 +8,34 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.benchmark.connected_instants import (
+    BENCHMARK_INSTANTS,
+    InstantsRow,
+    instants_rows,
+)
+from avsec_gym.benchmark.connected_scenes import CONNECTED, frozen_instants
 from avsec_gym.benchmark.entry import EntryRow
 from avsec_gym.benchmark.episodes import BENCHMARK
 from avsec_gym.benchmark.loop_drives import BENCHMARK_DRIVES, DrivesRow, drives_rows
 from avsec_gym.benchmark.loop_protocol import NoErrorModel, loop_settings
 from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, frozen_drives
-from avsec_gym.benchmark.protocol import Entered, Setting, is_replayed, settings_of
+from avsec_gym.benchmark.protocol import (
+    Entered,
+    Setting,
+    is_connected,
+    is_replayed,
+    settings_of,
+)
 from avsec_gym.benchmark.query_rows import query_rows
 from avsec_gym.benchmark.scene_sets import frozen_sets
 from avsec_gym.errors import DataError
+from avsec_gym.registry import Kind, check
 from avsec_gym.runs.experiment import Configuration, Experiment
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.world.export.manifest import world_fingerprint
 
-Row = EntryRow | DrivesRow
+Row = EntryRow | DrivesRow | InstantsRow
 
 
 @dataclass(frozen=True)
@@ -77,7 +90,11 @@ def entry_sets(
         ConfigurationError: There is no such part, or this release makes other scenes.
         DataError: Results are missing.
     """
+    if is_connected(kind, part):
+        return EntrySets([_connected(part, quick)])
     driven, skipped = _queries(kind, part, quick), {}
+    if kind == Entered.VALIDATOR:  # It compares the sensors of one vehicle.
+        return EntrySets(driven)
     try:
         driven.append(_closed_loop(kind, part, quick, [*error_models]))
     except NoErrorModel as reason:
@@ -122,6 +139,20 @@ def _closed_loop(kind: Entered, part: Any, quick: bool, models: Sequence[str]) -
         len(frozen.ids(quick=quick)),
         frozen.digest,
         partial(drives_rows, settings=settings),
+    )
+
+
+def _connected(part: Any, quick: bool) -> EntrySet:
+    """Instants of connected vehicles."""
+    check(Kind.CONNECTED_VALIDATOR, part)
+    frozen = frozen_instants()
+    options = {"part": part, "quick": quick, "world": world_fingerprint()}
+    return EntrySet(
+        BENCHMARK_INSTANTS,
+        Configuration(CONNECTED, options=options),
+        len(frozen.numbers(quick=quick)),
+        frozen.digest,
+        instants_rows,
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from avsec_gym.benchmark.entry import Entry, EntryRow
 from avsec_gym.benchmark.leaderboard_cells import entry_cell, estimate_cell, share_cell
+from avsec_gym.benchmark.leaderboard_connected import connected_table
 from avsec_gym.benchmark.leaderboard_drives import closed_loop_table
 from avsec_gym.benchmark.protocol import (
     DETECTORS,
@@ -47,9 +48,13 @@ def board(entries: Iterable[Entry]) -> list[Section]:
     for kind, make in makers.items():
         if own := by_kind.get(kind):
             title = f"{str(kind).capitalize()}s"
-            tables = [make(own)]
+            tables = []
+            if queried := [entry for entry in own if entry.rows]:
+                tables.append(make(queried))
             if driven := [entry for entry in own if entry.drives]:
                 tables.append(closed_loop_table(kind, driven))
+            if connected := [entry for entry in own if entry.instants]:
+                tables.append(connected_table(connected))
             sections.append(Section(f"{kind}s", title, parts=tables))
     return sections
 

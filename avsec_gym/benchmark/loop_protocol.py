@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.argument_checks import shown
-from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, frozen_drives
+from avsec_gym.benchmark.loop_scenes import frozen_drives
 from avsec_gym.benchmark.protocol import DETECTORS, TRUTH, UNATTACKED, Entered, is_replayed
 from avsec_gym.closed_loop.error_model.model import read_error_model
 from avsec_gym.closed_loop.error_model.shipped import error_model_file, shipped_error_models
@@ -64,7 +64,8 @@ def loop_settings(kind: Entered, part: Any, models: Sequence[str] = ()) -> list[
         models: Error models that were named: files, or names of shipped ones.
 
     Raises:
-        NoErrorModel: There is no error model of it, or the set is not for such parts.
+        NoErrorModel: There is no error model of it.
+        ValueError: A validator.
         ConfigurationError: An error model is of another detector or attack.
         DataError: A file is missing or damaged.
     """
@@ -74,7 +75,7 @@ def loop_settings(kind: Entered, part: Any, models: Sequence[str] = ()) -> list[
         return _of_detector(part, [_read(model) for model in models])
     if kind == Entered.ATTACK:
         return _of_attack(part, [_read(model) for model in models])
-    raise NoErrorModel(f"{CLOSED_LOOP} has no sensors for a validator to compare")
+    raise ValueError("without images no validator has sensors to compare")
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,13 @@ from typing import Any
 
 from avsec_gym import __version__
 from avsec_gym.attacks.attacked_detector import attack_kind
+from avsec_gym.benchmark.connected_instants import InstantsRow
 from avsec_gym.benchmark.entry import ENTRY, Entry, EntryRow, ScenesRow
 from avsec_gym.benchmark.entry_sets import Row, entry_sets
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import (
     Entered,
+    is_connected,
     is_replayed,
     is_white_box,
     places_in,
@@ -66,7 +68,7 @@ def entered(
         DataError: The folder holds something else, or results are missing.
     """
     sets = entry_sets(kind, part, quick=quick, error_models=error_models)
-    found: dict[type[Row], list[Any]] = {EntryRow: [], DrivesRow: []}
+    found: dict[type[Row], list[Any]] = {EntryRow: [], DrivesRow: [], InstantsRow: []}
     scenes, failed, before, masked = [], 0, 0, False
     for one_set in sets.driven:
         summary = run_experiments(
@@ -100,6 +102,7 @@ def entered(
         scenes=scenes,
         rows=found[EntryRow],
         drives=found[DrivesRow],
+        instants=found[InstantsRow],
         skipped=sets.skipped,
         world=world_fingerprint() if kind.sees else "",
         weights=_weights(kind, part),
@@ -145,6 +148,8 @@ def _white_box(kind: Entered, part: Any) -> bool | None:
 
 def _weights(kind: Entered, part: Any) -> dict[str, str]:
     """Of all networks that drove or gave gradients, by name."""
+    if is_connected(kind, part):
+        return {}
     detectors = []
     for setting in settings_of(kind, part, next(iter(frozen_sets()))):
         parts = setting.parts or {}

@@ -24,7 +24,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.detections import default_score_threshold
 from avsec_gym.kitti.labels import read_detections
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
-from avsec_gym.registry import Kind, check, made_part
+from avsec_gym.registry import Kind, check, kind_of, made_part
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.storage.regular_files import is_folder, is_there
 from avsec_gym.validation.shipped import FitKind, shipped_file
@@ -110,6 +110,16 @@ def settings_of(kind: Entered, part: Any, scenes: str) -> list[Setting]:
     if is_replayed(part):
         return _of_results(results_of(part) / scenes)
     return _attacked(part)
+
+
+def is_connected(kind: Entered, part: Any) -> bool:
+    """Whether a validator is one of several vehicles, not of the sensors of one.
+
+    Raises:
+        ConfigurationError: There is no validator of that name.
+    """
+    kinds = (Kind.VALIDATOR, Kind.CONNECTED_VALIDATOR)
+    return kind == Entered.VALIDATOR and kind_of(part, kinds) == Kind.CONNECTED_VALIDATOR
 
 
 def is_replayed(part: Any) -> bool:

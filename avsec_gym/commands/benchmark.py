@@ -123,7 +123,12 @@ class BenchmarkAttack(_EnterByErrors):
 
 @dataclass(frozen=True, kw_only=True)
 class BenchmarkValidator(_Enter):
-    """Enter a validator: its alarms with light into camera or LiDAR and without, and the drives."""
+    """Enter a validator: its alarms under attack and without, and what they are worth.
+
+    One of a single vehicle sees frames with light into a camera or the LiDAR, and the car drives.
+    One of several vehicles, such as rays, sees instants of three, with a ghost in one scan or an
+    object removed from it.
+    """
 
     kind = "validator"
 
@@ -232,16 +237,25 @@ class BenchmarkBoard:
 
 
 def _print(entry: Entry) -> None:
-    """The table of an entry."""
-    columns = ["scenes", "setting", "safe, %", "collisions", "against", "safe, difference"]
-    columns += ["AP 3D .7", "alarms, %", "stops"]
-    rows = [_cells(row) for row in entry.rows]
-    used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
-    console.print_table(
-        f"{entry.kind} {entry.name}",
-        [columns[i] for i in used],
-        [[row[i] for i in used] for row in rows],
-    )
+    """The tables of an entry."""
+    if entry.rows:
+        _print_queries(entry)
+    if entry.instants:
+        columns = ["instants", "alarms, %", "detected, %", "AUC", "victim, %", "another, %"]
+        console.print_table(
+            f"{entry.kind} {entry.name}, connected vehicles",
+            ["setting", *columns],
+            [
+                [
+                    row.setting,
+                    str(row.instants),
+                    *(_percent(share) for share in (row.alarms, row.detected)),
+                    "" if row.area is None or row.area.value is None else f"{row.area.value:.3f}",
+                    *(_percent(share) for share in (row.victim, row.another)),
+                ]
+                for row in entry.instants
+            ],
+        )
     if entry.drives:
         console.print_table(
             "in closed loop",
@@ -256,6 +270,18 @@ def _print(entry: Entry) -> None:
                 for row in entry.drives
             ],
         )
+
+
+def _print_queries(entry: Entry) -> None:
+    columns = ["scenes", "setting", "safe, %", "collisions", "against", "safe, difference"]
+    columns += ["AP 3D .7", "alarms, %", "stops"]
+    rows = [_cells(row) for row in entry.rows]
+    used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
+    console.print_table(
+        f"{entry.kind} {entry.name}",
+        [columns[i] for i in used],
+        [[row[i] for i in used] for row in rows],
+    )
 
 
 def _percent(share: Share | None) -> str:

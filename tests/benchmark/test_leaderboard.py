@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from avsec_gym.benchmark.connected_instants import ATTACKS, InstantsRow
 from avsec_gym.benchmark.entry import Entry, EntryRow, Precision, read_entry
 from avsec_gym.benchmark.leaderboard import board, left_out
 from avsec_gym.benchmark.loop_drives import DrivesRow
@@ -128,6 +129,29 @@ def test_the_closed_loop_has_a_table_of_its_own() -> None:
     assert [cell.text for cell in table.rows[2]][-2:] == ["40.0", "−30.0"]
     assert "joint" in table.rows[2][1].hint
     assert all(len(cells) == len(table.columns) for cells in table.rows)
+
+
+def test_validators_of_several_vehicles_have_a_table_of_their_own() -> None:
+    def judged(name: str, area: float) -> Entry:
+        attack = {
+            "detected": share(20), "decidable": share(30), "of_decidable": share(20),
+            "victim": share(10), "another": share(1), "cannot_tell": share(9),
+            "area": Estimate(area, (0.5, 1.0)), "at_rate": share(25),
+        }  # fmt: skip
+        rows = [InstantsRow("unattacked", 50, share(2), share(1))]
+        rows += [InstantsRow(kind, 50, share(30), share(1), **attack) for kind in ATTACKS]
+        return entry("validator", name, instants=rows)
+
+    (section,) = board([judged("worse", 0.8), judged("better", 0.97)])
+    (table,) = section.parts
+    assert isinstance(table, Table)
+    first, second = ([cell.text for cell in cells] for cells in table.rows)
+    assert first[:5] == ["better", "4.0", "2.0", "97.0", "50.0"]
+    assert second[3:9] == ["80.0", "50.0", "40.0", "20.0", "2.0", "18.0"] == second[9:]
+    assert len(first) == len(table.columns)
+    # One of a single vehicle stands beside it in a table of its own.
+    (both,) = board([judged("several", 0.9), entry("validator", "one", row("all", "facula", 9))])
+    assert len(both.parts) == 2
 
 
 def test_what_is_left_out() -> None:

@@ -102,8 +102,3 @@ def test_error_models_of_something_else_are_refused(tmp_path: Path) -> None:
     for kind, part, files, message in cases:
         with pytest.raises((ConfigurationError, DataError), match=message):
             loop_settings(kind, part, files)
-
-
-def test_a_validator_has_nothing_to_compare() -> None:
-    with pytest.raises(NoErrorModel, match="no sensors"):
-        loop_settings(Entered.VALIDATOR, "thresholds")

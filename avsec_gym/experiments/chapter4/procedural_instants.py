@@ -46,7 +46,8 @@ class ScannedPlace:
 
     def __init__(self, seed: int, part: Part, number: int, vehicles: int = MOST_VEHICLES) -> None:
         self._set, self._number, self._vehicles = _FIRST_SET[part] + seed, number, vehicles
-        [self._posed] = drive_scenes(self._set, number, 1, vehicles, assets=ASSETS[part])
+        [self.posed] = drive_scenes(self._set, number, 1, vehicles, assets=ASSETS[part])
+        """What is there at the instant."""
         self._scanned: dict[float, RecordedInstant] = {}
 
     def instant(self, condition: ConnectedCondition) -> RecordedInstant:
@@ -76,11 +77,11 @@ class ScannedPlace:
     def _scan(self, apart: float) -> RecordedInstant:
         """All vehicles' scans with their true poses."""
         offsets = clock_offsets(self._set, self._number, self._vehicles, apart).tolist()
-        instant = self._posed.instant
+        instant = self.posed.instant
         scans, points = [], []
         for vehicle, seconds in enumerate(offsets):
             # Each vehicle looks at its own time, at the world as it is then.
-            seen = later(self._posed, seconds)
+            seen = later(self.posed, seconds)
             scan = scan_of(seen, vehicle, Lidar(), Sweep.ROLLING, renderer_of(seen, vehicle))
             pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
             scans.append(VehicleScan(scan.points, pose, seconds))

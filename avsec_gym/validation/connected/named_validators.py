@@ -1,0 +1,89 @@
+"""The validators of connected vehicles that have names, and what anybody else's is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.validator import ConnectedValidator
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+
+
+class JudgedRegions(Protocol):
+    """What a validator of several vehicles makes of an instant, R regions.
+
+    `ConnectedResult` is one.
+    """
+
+    @property
+    def regions(self) -> Regions:
+        """Where it looked, world frame."""
+        ...
+
+    @property
+    def score(self) -> Floats:
+        """How much speaks for an attack, shape (R,); -inf where nothing was compared."""
+        ...
+
+    @property
+    def named(self) -> NDArray[np.int64]:
+        """The victim by its number, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
+
+        Both are numbers of `avsec_gym.validation.connected.rays.decision`, -1 and -2.
+        """
+        ...
+
+
+@runtime_checkable
+class InstantValidator(Protocol):
+    """Anything that finds out which of several vehicles is lied to by its LiDAR."""
+
+    def validate(self, scans: Sequence[VehicleScan], *, id: str = "") -> JudgedRegions:
+        """Judge an instant.
+
+        Args:
+            scans: The scan of each vehicle with the pose that it measured, by number.
+            id: Name of the instant.
+        """
+        ...
+
+
+def rays_validator(
+    *, constants: str | Path | None = None, alarms: float = 0.1
+) -> ConnectedValidator:
+    """Vehicles compare where their rays end, and what they pass through.
+
+    Args:
+        constants: A file of `avsec connected --fit`; None: the package's own.
+        alarms: Share of attack-free instants that may alarm.
+
+    Raises:
+        ConfigurationError: No such share.
+        DataError: The file is missing or damaged.
+    """
+    fit = read_connected_fit(constants or SHIPPED_FIT)
+    return ConnectedValidator(fit.constants(alarms=alarms), "rays")
+
+
+def surfaces_validator(
+    *, constants: str | Path | None = None, rate: float = 0.1
+) -> ConnectedValidator:
+    """The thesis' method: the base station compares the surfaces of mirrored crops.
+
+    Args:
+        constants: A file of `avsec connected --fit`; None: the package's own.
+        rate: Designated false positive rate r of distances.
+
+    Raises:
+        ConfigurationError: No such share.
+        DataError: The file is missing or damaged.
+    """
+    fit = read_connected_fit(constants or SHIPPED_FIT)
+    return ConnectedValidator(fit.constants(rate=rate), "surfaces")
