@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
@@ -62,12 +63,42 @@ def time_to_aim(x: float, y: float, velocity: float, step: int, goals: GoalArray
 
 
 @kernel(nogil=True)
-def distance_to_goals(x: float, y: float, goals: GoalArrays) -> float:
+def distance_to_goals(x: float, y: float, boxes: Floats) -> float:
     """Distance of the centre to the nearest goal's box."""
     best = np.inf
-    for g in range(goals.steps.shape[0]):
-        box = goals.boxes[g]
-        best = min(best, _distance_to_box(x, y, box[0], box[1], box[2], box[3]))
+    for g in range(boxes.shape[0]):
+        x1, x2, y1, y2 = boxes[g, 0], boxes[g, 1], boxes[g, 2], boxes[g, 3]
+        best = min(best, _distance_to_box(x, y, x1, x2, y1, y2))
+    return best
+
+
+@kernel(nogil=True)
+def steps_by_air(distance: float, step_distance: float) -> float:
+    """Time steps for a way as the crow flies, at the greatest distance of any step; 1 at least."""
+    if distance <= 0.0:
+        return 1.0
+    if step_distance <= 0.0:
+        return np.inf
+    return max(1.0, np.ceil(distance / step_distance - 1e-9))
+
+
+@kernel(nogil=True)
+def steps_in_time(nearest: float, step: int, windows: NDArray[np.int64]) -> float:
+    """Time steps that it takes to a goal at least, by air and its window alone.
+
+    Args:
+        nearest: Steps that the way takes by air.
+        step: The present time step.
+        windows: The goals' first and last time steps, shape (G, 2).
+
+    Returns:
+        Whole steps; inf where every goal comes too late.
+    """
+    best = np.inf
+    for g in range(windows.shape[0]):
+        soonest = max(nearest, float(windows[g, 0] - step))
+        if soonest <= windows[g, 1] - step:
+            best = min(best, soonest)
     return best
 
 
@@ -80,37 +111,30 @@ def steps_to_goal(
     sin: float,
     step: int,
     follow: int,
-    distance: float,
-    goals: GoalArrays,
-    limits: Limits,
+    nearest: float,
+    windows: NDArray[np.int64],
+    intervals: Floats,
+    boxes: Floats,
     reach: Floats,
 ) -> float:
-    """Time steps that any way from a rear-axle pose to any goal needs at least.
+    """Time steps that any way from a rear-axle pose to any goal needs at least, by a reach table.
 
-    Whole steps; inf where every goal comes too late.  ``distance`` is the centre's to the nearest
-    goal.
+    Whole steps; inf where every goal comes too late.  ``nearest`` is how many it takes by air;
+    windows, intervals and boxes are the goals' (`GoalArrays`), apart: to hand on all of its arrays
+    at every node takes longer than what is done here.
     """
-    # Steps for the way as the crow flies, at the greatest distance of any step.
-    nearest = 1.0
-    if distance > 0.0:
-        nearest = np.inf
-        if limits.step_distance > 0.0:
-            nearest = max(1.0, np.ceil(distance / limits.step_distance - 1e-9))
     # Invariant: `best` is the least of the goals so far, so that a goal is looked at only where it
     # may be reached sooner.
     best = np.inf
-    for g in range(goals.steps.shape[0]):
-        soonest = max(nearest, float(goals.steps[g, 0] - step))
-        latest = goals.steps[g, 1] - step
+    for g in range(windows.shape[0]):
+        soonest = max(nearest, float(windows[g, 0] - step))
+        latest = windows[g, 1] - step
         if soonest > latest or soonest >= best:
-            continue
-        if reach.shape[0] == 0:
-            best = soonest
             continue
         for j in range(int(soonest), latest + 1):
             if j >= best:
                 break
-            if _may_reach(x, y, heading, cos, sin, reach[follow, j], g, goals):
+            if _may_reach(x, y, heading, cos, sin, reach[follow, j], g, intervals, boxes):
                 best = float(j)
     return best
 
@@ -124,17 +148,18 @@ def _may_reach(
     sin: float,
     bounds: Floats,
     g: int,
-    goals: GoalArrays,
+    intervals: Floats,
+    boxes: Floats,
 ) -> bool:
     """Whether a box around reachable places, turned by a heading, meets a goal's box."""
     if bounds[0] > bounds[1]:
         return False
-    turned = (heading + bounds[4] - goals.intervals[g, 0]) % (2.0 * np.pi)
-    if turned > goals.intervals[g, 1] and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
+    turned = (heading + bounds[4] - intervals[g, 0]) % (2.0 * np.pi)
+    if turned > intervals[g, 1] and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
         return False
-    if goals.boxes[g, 0] == -np.inf:
+    if boxes[g, 0] == -np.inf:
         return True
-    box = goals.boxes[g]
+    box = boxes[g]
     gx, gy = 0.5 * (box[0] + box[1]) - x, 0.5 * (box[2] + box[3]) - y
     goal_x, goal_y = 0.5 * (box[1] - box[0]), 0.5 * (box[3] - box[2])
     bx, by = 0.5 * (bounds[0] + bounds[1]), 0.5 * (bounds[2] + bounds[3])

@@ -36,7 +36,8 @@ class PrimitiveArrays(NamedTuple):
     """Rear-axle x, y, velocity, heading, steering angle, cosine and sine of the heading: shape
     (P, T + 1, 7)."""
     sweep: Floats
-    """A circle around all places of the vehicle's centre on the way: x, y, radius, shape (P, 3)."""
+    """A circle around all places of the vehicle's centre on the way: x, y, radius; then the least
+    and the greatest velocity after the start; shape (P, 5)."""
     steps: NDArray[np.int64]
     """Number of states after the first, shape (P,)."""
     successors: NDArray[np.int64]
@@ -162,7 +163,10 @@ class MotionPrimitives:
         radius = np.hypot(x - middle_x[:, None], y - middle_y[:, None]).max(axis=1)
         # Reference mode turns small angles roughly: the length of a way by up to 0.13 %.
         radius += _ROUGHNESS * np.hypot(x, y).max(axis=1)
-        return np.column_stack([middle_x, middle_y, radius])
+        velocity = states[:, 1:, 2]
+        return np.column_stack(
+            [middle_x, middle_y, radius, velocity.min(axis=1), velocity.max(axis=1)]
+        )
 
     def nearest_speed(self, velocity: float, *, endless_only: bool = False) -> float:
         """The start speed in the set that is nearest to a velocity; the first among equals."""

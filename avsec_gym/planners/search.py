@@ -25,7 +25,13 @@ import numpy as np
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 from avsec_gym.planners.collision import CollisionWorld, collides
-from avsec_gym.planners.estimates import distance_to_goals, steps_to_goal, time_to_aim
+from avsec_gym.planners.estimates import (
+    distance_to_goals,
+    steps_by_air,
+    steps_in_time,
+    steps_to_goal,
+    time_to_aim,
+)
 from avsec_gym.planners.problem import Problem, named
 from avsec_gym.planners.search_state import (
     CLOSED,
@@ -52,7 +58,7 @@ from avsec_gym.planners.search_state import (
     pop,
     push,
 )
-from avsec_gym.planners.sweep import drives_freely, first_in_goal, place_of
+from avsec_gym.planners.sweep import drives_freely, edge_blocks, first_in_goal, may_meet, place_of
 from avsec_gym.planners.trajectory import trajectory_to
 
 PAUSED, FULL, FOUND, EXHAUSTED = range(4)
@@ -126,12 +132,13 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
     pose, link, keys, items, table = state.pose, state.link, state.key, state.item, state.table
     counters, root, reach = state.counters, problem.root, problem.reach
     goals, limits, offset = problem.goals, problem.limits, problem.limits.centre_offset
+    windows, intervals, boxes = goals.steps, goals.intervals, goals.boxes
     reference, greedy, dt = problem.reference, problem.greedy, problem.limits.dt
     states, sweep = problem.primitives.states, problem.primitives.sweep
     steps, end_class = problem.primitives.steps, problem.primitives.end_class
     successors = problem.primitives.successors
     first_successor = problem.primitives.first_successor
-    placed = np.empty((states.shape[1], 5))
+    placed, blocks = np.empty((states.shape[1], 5)), edge_blocks(world.edges)
     room, slots = keys.shape[0] - problem.branching, table.shape[0]
     if counters[NODES] == 0:
         add_start(state, problem.start, problem.step, problem.at_goal)
@@ -155,7 +162,7 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
             count = steps[own] if reference or goal_index < 0 else goal_index
             if not drives_freely(
                 place_of(parent, pose, reference), link[parent, STEP], own, count, parent > 0,
-                reference, states, sweep, limits, world, placed,
+                reference, states, sweep, limits, world, blocks, placed,
             ):  # fmt: skip
                 link[node, GOAL] = REFUSED
                 continue
@@ -180,11 +187,11 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
             p = successors[k] if node > 0 else root[k]
             driven = steps[p]
             # A primitive that meets a goal ends there.
-            goal_index = first_in_goal(
-                place, step, p, driven, reference, offset, states, sweep, goals
-            )
-            if goal_index >= 0:
-                driven = goal_index
+            goal_index = -1
+            if may_meet(x0, y0, cos0, sin0, step, p, driven, sweep, windows, intervals, boxes):
+                goal_index = first_in_goal(place, step, p, driven, reference, offset, states, goals)
+                if goal_index >= 0:
+                    driven = goal_index
             px, py = states[p, driven, 0], states[p, driven, 1]
             x, y = cos0 * px - sin0 * py + x0, sin0 * px + cos0 * py + y0
             heading = heading0 + states[p, driven, 3]
@@ -198,13 +205,16 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
                     h = time_to_aim(cx, cy, states[p, driven, 2], child_step, goals)
                 key = (h if greedy else child_elapsed + h) * 10000.0
             else:
-                distance = distance_to_goals(cx, cy, goals)
+                distance = distance_to_goals(cx, cy, boxes)
                 needed = 0.0
                 if goal_index < 0:
-                    needed = steps_to_goal(
-                        x, y, heading, cos, sin, child_step, end_class[p], distance, goals, limits,
-                        reach,
-                    )  # fmt: skip
+                    nearest = steps_by_air(distance, limits.step_distance)
+                    needed = steps_in_time(nearest, child_step, windows)
+                    if needed < np.inf and reach.shape[0] > 0:
+                        needed = steps_to_goal(
+                            x, y, heading, cos, sin, child_step, end_class[p], nearest, windows,
+                            intervals, boxes, reach,
+                        )  # fmt: skip
                     if needed == np.inf:
                         continue
                 # Whole steps decide; among equals, the one nearer to the goal comes first.
@@ -228,7 +238,7 @@ def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState)
     """Test the ways to the nodes that are still in the queue, for pictures of the tree."""
     pose, link, items, reference = state.pose, state.link, state.item, problem.reference
     steps, states = problem.primitives.steps, problem.primitives.states
-    placed = np.empty((states.shape[1], 5))
+    placed, blocks = np.empty((states.shape[1], 5)), edge_blocks(world.edges)
     for i in range(state.counters[QUEUED]):
         node = items[i]
         parent, own, goal_index = link[node, PARENT], link[node, PRIMITIVE], link[node, GOAL]
@@ -243,6 +253,7 @@ def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState)
             problem.primitives.sweep,
             problem.limits,
             world,
+            blocks,
             placed,
         ):
             link[node, GOAL] = REFUSED

@@ -7,6 +7,7 @@ circle around the whole way.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
@@ -17,6 +18,8 @@ from avsec_gym.planners.search_state import COS, HEADING, SIN, X, Y
 
 _ROUNDING = 1e-6
 """Metres by which a circle is larger than it has to be."""
+_BLOCK = 16
+"""Segments of the road edge that are looked at as one while they are far."""
 
 PlacedAxle = tuple[float, float, float, float, float]
 """Rear-axle x, y, heading, and the cosine and sine that primitives are turned by."""
@@ -39,6 +42,56 @@ def place_of(node: int, pose: Floats, reference: bool) -> PlacedAxle:
 
 
 @kernel(nogil=True)
+def may_meet(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    step: int,
+    primitive: int,
+    count: int,
+    sweep: Floats,
+    windows: NDArray[np.int64],
+    intervals: Floats,
+    boxes: Floats,
+) -> bool:
+    """Whether a primitive comes near a goal, in time, at a speed that it allows.
+
+    Most primitives end far from every goal, or drive past it too fast: that is known from a circle
+    around the whole way, and from the least and greatest speed on it.
+
+    Args:
+        x: The rear axle's place at the start, m.
+        y: The same.
+        cos: Cosine of the heading there.
+        sin: Sine of it.
+        step: Time step at which the primitive starts.
+        primitive: Number of the primitive.
+        count: The last state that counts.
+        sweep: Circles and speeds of all primitives.
+        windows: The goals' time steps, as `GoalArrays` has them.
+        intervals: The goals' headings and velocities.
+        boxes: The goals' boxes.
+    """
+    mx, my, around = sweep[primitive, 0], sweep[primitive, 1], sweep[primitive, 2] + _ROUNDING
+    mx, my = x + cos * mx - sin * my, y + sin * mx + cos * my
+    slowest, fastest = sweep[primitive, 3], sweep[primitive, 4]
+    for g in range(windows.shape[0]):
+        if (
+            step + 1 <= windows[g, 1]
+            and step + count >= windows[g, 0]
+            and mx + around >= boxes[g, 0]
+            and mx - around <= boxes[g, 1]
+            and my + around >= boxes[g, 2]
+            and my - around <= boxes[g, 3]
+            and fastest >= intervals[g, 2]
+            and slowest <= intervals[g, 3]
+        ):
+            return True
+    return False
+
+
+@kernel(nogil=True)
 def first_in_goal(
     place: PlacedAxle,
     step: int,
@@ -47,27 +100,9 @@ def first_in_goal(
     reference: bool,
     centre_offset: float,
     states: Floats,
-    sweep: Floats,
     goals: GoalArrays,
 ) -> int:
     """The first state of a primitive in a goal region; -1 where none is."""
-    # A circle around the whole way: most primitives end far from every goal.
-    x0, y0, _, cos0, sin0 = place
-    steps, boxes = goals.steps, goals.boxes
-    mx, my, around = sweep[primitive, 0], sweep[primitive, 1], sweep[primitive, 2] + _ROUNDING
-    mx, my = x0 + cos0 * mx - sin0 * my, y0 + sin0 * mx + cos0 * my
-    near = False
-    for g in range(steps.shape[0]):
-        near = near or (
-            step + 1 <= steps[g, 1]
-            and step + count >= steps[g, 0]
-            and mx + around >= boxes[g, 0]
-            and mx - around <= boxes[g, 1]
-            and my + around >= boxes[g, 2]
-            and my - around <= boxes[g, 3]
-        )
-    if not near:
-        return -1
     for j in range(1, count + 1):
         x, y, heading, cos, sin = state_at(place, states, primitive, j, reference)
         cx, cy = x + centre_offset * cos, y + centre_offset * sin
@@ -104,6 +139,7 @@ def drives_freely(
     sweep: Floats,
     limits: Limits,
     world: CollisionWorld,
+    blocks: Floats,
     placed: Floats,
 ) -> bool:
     """Whether no state of a primitive but the first touches an obstacle or leaves the road.
@@ -120,9 +156,10 @@ def drives_freely(
         on_road: Whether it is known to start on the road, touching nothing.
         reference: Whether a moving obstacle is gone after its last known state.
         states: States of all primitives.
-        sweep: Circles around all primitives.
+        sweep: Circles around all primitives, and their speeds.
         limits: The ego vehicle.
         world: Obstacles and road edge, which must not be touched.
+        blocks: `edge_blocks` of that edge.
         placed: Memory for centre, cosine, sine and parity of each state, shape (T + 1, 5).
     """
     # A circle around everything that the vehicle covers on the way.
@@ -167,19 +204,27 @@ def drives_freely(
     # the edge between two states.
     start_x, start_y = x0 + offset * cos0, y0 + offset * sin0
     crossed = False
-    for k in range(edges.shape[0]):
-        if _is_far(mx, my, around, edges, k):
+    for b in range(blocks.shape[0]):
+        if (
+            blocks[b, 0] - mx > around
+            or blocks[b, 1] - mx < -around
+            or blocks[b, 2] - my > around
+            or blocks[b, 3] - my < -around
+        ):
             continue
-        if not known:
-            _place_all(place, states, primitive, count, offset, reference, placed)
-            known = True
-        for j in range(1, count + 1):
-            x, y, cos, sin = placed[j, 0], placed[j, 1], placed[j, 2], placed[j, 3]
-            if touches_edge(x, y, cos, sin, half_length, half_width, edges, k):
-                return False
-            if _crosses(start_x, start_y, x, y, edges, k):
-                placed[j, 4] = -placed[j, 4]
-                crossed = True
+        for k in range(b * _BLOCK, min((b + 1) * _BLOCK, edges.shape[0])):
+            if _is_far(mx, my, around, edges, k):
+                continue
+            if not known:
+                _place_all(place, states, primitive, count, offset, reference, placed)
+                known = True
+            for j in range(1, count + 1):
+                x, y, cos, sin = placed[j, 0], placed[j, 1], placed[j, 2], placed[j, 3]
+                if touches_edge(x, y, cos, sin, half_length, half_width, edges, k):
+                    return False
+                if _crosses(start_x, start_y, x, y, edges, k):
+                    placed[j, 4] = -placed[j, 4]
+                    crossed = True
     # Off the road: by parity where the start is known to be on it, else by a ray for each state.
     if on_road and not crossed:
         return True
@@ -191,6 +236,27 @@ def drives_freely(
         if not on_road and not within_edges(placed[j, 0], placed[j, 1], edges):
             return False
     return True
+
+
+@kernel(nogil=True)
+def edge_blocks(edges: Floats) -> Floats:
+    """Boxes around every `_BLOCK` segments of the road edge that follow each other.
+
+    Segments run along the road, so that a block lies in one place: where it is far, all of it is.
+
+    Returns:
+        x_min, x_max, y_min, y_max, shape (B, 4).
+    """
+    blocks = np.empty(((edges.shape[0] + _BLOCK - 1) // _BLOCK, 4))
+    blocks[:, 0], blocks[:, 2] = np.inf, np.inf
+    blocks[:, 1], blocks[:, 3] = -np.inf, -np.inf
+    for k in range(edges.shape[0]):
+        b = k // _BLOCK
+        blocks[b, 0] = min(blocks[b, 0], edges[k, 0], edges[k, 2])
+        blocks[b, 1] = max(blocks[b, 1], edges[k, 0], edges[k, 2])
+        blocks[b, 2] = min(blocks[b, 2], edges[k, 1], edges[k, 3])
+        blocks[b, 3] = max(blocks[b, 3], edges[k, 1], edges[k, 3])
+    return blocks
 
 
 @kernel(nogil=True)

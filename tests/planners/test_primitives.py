@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from avsec_gym.closed_loop.made_primitives import primitives_from
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.planners.primitive_files import read_primitives
 from avsec_gym.planners.primitives import (
@@ -81,6 +82,13 @@ def test_a_circle_holds_all_centres_of_a_primitive_and_no_more() -> None:
     # A hundredth of the way is added for the reference mode's rounding.
     way = np.linalg.norm(centres, axis=-1).max(axis=1)
     np.testing.assert_allclose(sweep[:, 2], farthest + 0.01 * way, rtol=1e-12)
+
+
+def test_a_primitive_knows_the_speeds_on_its_way() -> None:
+    for primitives in (generate_primitives((6.0, 8.0)), primitives_from(7.3, 0.1, (6.0, 8.0))):
+        velocity = primitives.states[:, 1:, 2]
+        np.testing.assert_array_equal(primitives.arrays.sweep[:, 3], velocity.min(axis=1))
+        np.testing.assert_array_equal(primitives.arrays.sweep[:, 4], velocity.max(axis=1))
 
 
 def test_chains_meet_without_drift() -> None:

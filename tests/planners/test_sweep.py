@@ -12,7 +12,7 @@ from avsec_gym.planners.collision import FOR_EVER, CollisionWorld, collides, obs
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import goal_arrays, reaches
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
-from avsec_gym.planners.sweep import drives_freely, first_in_goal
+from avsec_gym.planners.sweep import drives_freely, edge_blocks, first_in_goal, may_meet
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import Goal
@@ -104,7 +104,7 @@ def test_a_primitive_is_free_where_all_its_states_are(
         on_road = not collides(*centre, math.cos(heading), math.sin(heading), *half, 0, edge_only)
         free = drives_freely(
             place, step, p, arrays.steps[p], on_road, reference, arrays.states, arrays.sweep,
-            LIMITS, world, placed,
+            LIMITS, world, edge_blocks(world.edges), placed,
         )  # fmt: skip
         expected = not any(
             collides(cx, cy, math.cos(own), math.sin(own), *half, step + j, gone)
@@ -125,7 +125,7 @@ def _there(world: CollisionWorld, step: int) -> CollisionWorld:
 
 def test_the_first_state_in_a_goal() -> None:
     rng = np.random.default_rng(1)
-    arrays, found = SLOW.arrays, 0
+    arrays, found, sorted_out = SLOW.arrays, 0, 0
     for _ in range(2000):
         x, y, heading = rng.uniform(-5, 12), rng.uniform(-4, 4), rng.uniform(-1, 1)
         regions = (Rectangle(4.0, 3.0, 8.0, 0.5, 0.4), Disc(1.5, 8.0), None)
@@ -141,9 +141,8 @@ def test_the_first_state_in_a_goal() -> None:
         place = (x, y, heading, math.cos(heading), math.sin(heading))
         step, p = int(rng.integers(0, 9)), int(rng.integers(len(SLOW)))
         answer = first_in_goal(
-            place, step, p, arrays.steps[p], False, LIMITS.centre_offset, arrays.states,
-            arrays.sweep, goals,
-        )  # fmt: skip
+            place, step, p, arrays.steps[p], False, LIMITS.centre_offset, arrays.states, goals
+        )
         expected = [
             j
             for j, state in enumerate(states_of(SLOW, place, p), start=1)
@@ -151,4 +150,22 @@ def test_the_first_state_in_a_goal() -> None:
         ]
         assert answer == (expected[0] if expected else -1)
         found += bool(expected)
+        # What is sorted out beforehand never meets a goal; most that does not is sorted out.
+        near = may_meet(
+            x, y, place[3], place[4], step, p, arrays.steps[p], arrays.sweep, goals.steps,
+            goals.intervals, goals.boxes,
+        )  # fmt: skip
+        assert near or not expected
+        sorted_out += not near
     assert 100 < found < 1900
+    assert sorted_out > 0.5 * (2000 - found)
+
+
+def test_blocks_hold_their_segments_and_no_more() -> None:
+    edges = np.random.default_rng(2).uniform(-50, 50, (37, 4))
+    blocks = edge_blocks(edges)
+    for b, part in enumerate((edges[:16], edges[16:32], edges[32:])):
+        x, y = part[:, [0, 2]], part[:, [1, 3]]
+        np.testing.assert_array_equal(blocks[b], (x.min(), x.max(), y.min(), y.max()))
+    assert len(blocks) == 3
+    assert len(edge_blocks(edges[:0])) == 0
