@@ -9,6 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from avsec_gym.geometry import Floats, wrap_angle
+from avsec_gym.kernels import kernel
+
+X, Y, ALONG, HEADING, LENGTH, AHEAD_X, AHEAD_Y = range(7)
+"""Columns of the points of lines, as `coordinates` reads them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,17 +79,7 @@ class CentreLine:
         """
         if len(self.points) == 2:
             return self._on_straight(x, y)
-        relative = np.array([x, y]) - self.points[:-1]
-        ahead = (relative * self.directions).sum(axis=1)
-        # The first segment runs on backwards, the last one forwards.
-        low, high = np.zeros(len(ahead)), self.lengths.copy()
-        low[0], high[-1] = -np.inf, np.inf
-        inside = np.clip(ahead, low, high)
-        apart = relative - inside[:, None] * self.directions
-        nearest = int(np.argmin((apart**2).sum(axis=1)))
-        across = self.directions[nearest]
-        left = across[0] * relative[nearest, 1] - across[1] * relative[nearest, 0]
-        return float(self.along[nearest] + inside[nearest]), float(left)
+        return coordinates(self.table, 0, len(self.table), x, y)
 
     def _on_straight(self, x: float, y: float) -> tuple[float, float]:
         """`coordinates` on one segment, without arrays."""
@@ -94,6 +88,44 @@ class CentreLine:
         return x * dx + y * dy, dx * y - dy * x
 
     @cached_property
+    def table(self) -> Floats:
+        """All of it as `coordinates` reads it, shape (n, 7)."""
+        lengths = np.append(self.lengths, 0.0)
+        directions = np.vstack([self.directions, [0.0, 0.0]])
+        return np.column_stack([self.points, self.along, self.headings, lengths, directions])
+
+    @cached_property
     def _only(self) -> tuple[float, float, float, float]:
         """First point and direction of the first segment, as plain numbers."""
         return (*map(float, self.points[0]), *map(float, self.directions[0]))  # type: ignore[return-value]
+
+
+@kernel(nogil=True)
+def coordinates(points: Floats, begin: int, end: int, x: float, y: float) -> tuple[float, float]:
+    """`CentreLine.coordinates` of one of many lines.
+
+    Args:
+        points: Points of lines, one line after the other: x, y, distance along the line, the line's
+            heading without jumps; length and direction of the segment from here on; shape (P, 7).
+        begin: The line's first point.
+        end: The one after its last.
+        x: Metres.
+        y: Metres.
+    """
+    along, left, least = 0.0, 0.0, np.inf
+    for p in range(begin, end - 1):
+        length, dx, dy = points[p, LENGTH], points[p, AHEAD_X], points[p, AHEAD_Y]
+        relative_x, relative_y = x - points[p, X], y - points[p, Y]
+        ahead = relative_x * dx + relative_y * dy
+        # The first segment runs on backwards, the last one forwards.
+        inside = ahead
+        if p > begin:
+            inside = max(inside, 0.0)
+        if p < end - 2:
+            inside = min(inside, length)
+        apart_x, apart_y = relative_x - inside * dx, relative_y - inside * dy
+        apart = apart_x * apart_x + apart_y * apart_y
+        if apart < least:
+            least = apart
+            along, left = points[p, ALONG] + inside, dx * relative_y - dy * relative_x
+    return along, left

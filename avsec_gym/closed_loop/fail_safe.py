@@ -18,9 +18,11 @@ import shapely
 from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.fault import is_behind
+from avsec_gym.closed_loop.in_the_way import in_the_way
 from avsec_gym.closed_loop.integration import driven
 from avsec_gym.emergency_stop import DECELERATION
 from avsec_gym.geometry import Floats, wrap_angle
+from avsec_gym.kernels import kernel
 from avsec_gym.metrics.swept_contact import first_swept_contact
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.obstacles import Obstacles
@@ -48,20 +50,77 @@ def braked(trajectory: Floats, elapsed: float, speed: float, dt: float = 0.1) ->
     Returns:
         States at every `dt`, the first one that at which it begins, shape (S, 5).
     """
-    x, y, _, heading, steering = np.vstack([trajectory, _straightened(trajectory[-1], dt)]).T
-    path = np.column_stack([x, y, np.unwrap(heading), steering])
     # Where the braking takes longer than the plan, the path goes on as the wheels straighten.
-    last = path[-1]
-    beyond = last + _FURTHER * np.array([math.cos(last[2]), math.sin(last[2]), 0.0, 0.0])
-    path = np.vstack([path, beyond])
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
-    begun = float(np.interp(elapsed / dt, np.arange(len(trajectory)), along[: len(trajectory)]))
+    path = np.vstack([trajectory, _straightened(trajectory[-1], dt)])
+    return np.asarray(_braked(path, len(trajectory), elapsed / dt, speed, dt))
+
+
+@kernel(nogil=True)
+def _braked(path: Floats, known: int, elapsed: float, speed: float, dt: float) -> Floats:
+    """`braked` on a path of which the first states belong to the trajectory.
+
+    Args:
+        path: The states, shape (S, 5).
+        known: Number of those in the trajectory.
+        elapsed: Time steps after which the braking begins.
+        speed: The car's speed there, m/s.
+        dt: Length of a time step, seconds.
+    """
+    # The path, without jumps of the heading, and straight on behind its end.
+    count = len(path) + 1
+    x, y, heading, steering = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
+    along, turns = np.zeros(count), 0.0
+    for k in range(count):
+        state = path[min(k, count - 2)]
+        x[k], y[k], steering[k] = state[0], state[1], state[4]
+        if 0 < k < count - 1:
+            turns += _jump(path[k - 1, 3], state[3])
+        heading[k] = state[3] + turns
+    x[-1] += _FURTHER * math.cos(heading[-1])
+    y[-1] += _FURTHER * math.sin(heading[-1])
+    for k in range(1, count):
+        along[k] = along[k - 1] + np.hypot(x[k] - x[k - 1], y[k] - y[k - 1])
+    begun = _interpolated(elapsed, np.arange(float(known)), along[:known])
+    # Full braking along it.
     duration = speed / DECELERATION
     steps = math.ceil(duration / dt - 1e-9)
-    time = np.minimum(dt * np.arange(steps + 1), duration)
-    way = begun + speed * time - DECELERATION * time**2 / 2
-    columns = [np.interp(way, along, column) for column in path.T]
-    return np.column_stack([*columns[:2], speed - DECELERATION * time, *columns[2:]])
+    states = np.empty((steps + 1, 5))
+    for step in range(steps + 1):
+        time = min(dt * step, duration)
+        way = begun + speed * time - DECELERATION * time**2 / 2
+        states[step, 0], states[step, 1] = (
+            _interpolated(way, along, x),
+            _interpolated(way, along, y),
+        )
+        states[step, 2] = speed - DECELERATION * time
+        states[step, 3] = _interpolated(way, along, heading)
+        states[step, 4] = _interpolated(way, along, steering)
+    return states
+
+
+@kernel(nogil=True)
+def _jump(before: float, after: float) -> float:
+    """What `numpy.unwrap` adds from one heading on."""
+    change = after - before
+    if abs(change) < np.pi:
+        return 0.0
+    shorter = (change + np.pi) % (2 * np.pi) - np.pi
+    if shorter == -np.pi and change > 0:
+        shorter = np.pi
+    return shorter - change
+
+
+@kernel(nogil=True)
+def _interpolated(place: float, places: Floats, values: Floats) -> float:
+    """`numpy.interp`, bit for bit; places do not fall."""
+    last = len(places) - 1
+    if place >= places[last]:
+        return float(values[last])
+    if place < places[0]:
+        return float(values[0])
+    low = np.searchsorted(places, place, side="right") - 1
+    slope = (values[low + 1] - values[low]) / (places[low + 1] - places[low])
+    return float(slope * (place - places[low]) + values[low])
 
 
 def _straightened(state: Floats, dt: float) -> Floats:
@@ -104,7 +163,11 @@ def is_fail_safe(
         return False
     if len(whole) == 1:
         whole = np.vstack([whole, whole])
-    ahead = _not_behind(obstacles, trajectory[0])
+    counted = ~is_behind(trajectory[0], obstacles.poses[:, 0])
+    counted = in_the_way(whole, obstacles, counted, margin=MARGIN, brake=OTHERS_BRAKE, dt=dt)
+    if not counted.any():
+        return True
+    ahead = _picked(obstacles, counted)
     ahead = widened(ahead, ~ahead.static)
     if first_swept_contact(whole, ahead, BMW_320I) is not None:
         return False
@@ -153,10 +216,6 @@ def widened(obstacles: Obstacles, which: NDArray[np.bool_] | None = None) -> Obs
         for shape, grows in zip(obstacles.shapes, which, strict=True)
     )
     return replace(obstacles, shapes=shapes)
-
-
-def _not_behind(obstacles: Obstacles, car: Floats) -> Obstacles:
-    return _picked(obstacles, ~is_behind(car, obstacles.poses[:, 0]))
 
 
 def _picked(obstacles: Obstacles, kept: NDArray[np.bool_]) -> Obstacles:

@@ -33,6 +33,7 @@ class Lanes:
 
     road: Road
     _lines: dict[int, CentreLine] = field(default_factory=dict, repr=False)
+    _widths: dict[int, float] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if not self.road.lanelets:
@@ -59,9 +60,11 @@ class Lanes:
 
     def width(self, id: int) -> float:
         """Mean width of a lanelet, metres."""
-        lanelet = self.by_id[id]
-        apart = np.asarray(lanelet.left, float) - np.asarray(lanelet.right, float)
-        return float(np.hypot(*apart.T).mean())
+        if id not in self._widths:
+            lanelet = self.by_id[id]
+            apart = np.asarray(lanelet.left, float) - np.asarray(lanelet.right, float)
+            self._widths[id] = float(np.hypot(*apart.T).mean())
+        return self._widths[id]
 
     def at(self, x: float, y: float, heading: float) -> int:
         """The id of the lanelet that a vehicle drives in: the nearest that leads its way."""

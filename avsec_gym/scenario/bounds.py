@@ -32,9 +32,10 @@ class Bounds:
         Raises:
             PlanningError: It is no number, not finite, or outside.
         """
-        # Arrays are none: numpy's and Python's own numbers are.
-        kind = Integral if self.whole else Real
-        if not isinstance(value, kind) or not self.low <= value <= self.high:  # Also true for NaN.
+        # Arrays are none: numpy's and Python's own numbers are, and most are of one kind.
+        usual, kind = (int, Integral) if self.whole else (float, Real)
+        fits = type(value) is usual or isinstance(value, kind)
+        if not fits or not self.low <= value <= self.high:  # Also true for NaN.
             raise PlanningError(f"{what} is {shown(value)}; expected {self}.")
 
     def check_all(self, values: Any, what: str) -> None:

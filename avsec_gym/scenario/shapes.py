@@ -38,6 +38,11 @@ class Rectangle:
         """What the shape turns about."""
         return self.x, self.y
 
+    @property
+    def is_centred(self) -> bool:
+        """Whether it lies about its owner's centre, along its heading."""
+        return self.x == self.y == self.heading == 0.0
+
     def polygon(self) -> shapely.Polygon:
         """The shape in its own frame."""
         return shapely.Polygon(self.corners())

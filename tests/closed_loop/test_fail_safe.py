@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 import shapely
@@ -9,6 +11,8 @@ import shapely
 from avsec_gym.closed_loop.fail_safe import (
     MARGIN,
     OTHERS_BRAKE,
+    _interpolated,
+    _jump,
     braked,
     is_fail_safe,
     others_brake,
@@ -103,3 +107,20 @@ def test_what_moves_is_given_a_margin(speed: float, room: float) -> None:
             last_step=30,
         )
         assert is_fail_safe(PLAN, beside, 0.5) == safe
+
+
+def test_interpolation_is_numpys_bit_for_bit() -> None:
+    draw = np.random.default_rng(3)
+    for _ in range(200):
+        steps = np.where(draw.random(9) < 0.2, 0.0, draw.uniform(0, 2, 9))
+        places, values = np.cumsum(steps), draw.normal(size=9)
+        for place in (*draw.uniform(-1, places[-1] + 1, 9), *places):
+            assert _interpolated(place, places, values) == np.interp(place, places, values)
+
+
+def test_headings_are_unwrapped_as_numpy_does() -> None:
+    for headings in (np.random.default_rng(4).uniform(-7, 7, 40), np.array([0, np.pi, 0, -np.pi])):
+        jumps = [_jump(*pair) for pair in itertools.pairwise(headings)]
+        np.testing.assert_allclose(
+            headings[1:] + np.cumsum(jumps), np.unwrap(headings)[1:], atol=1e-12
+        )

@@ -9,12 +9,19 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from avsec_gym.closed_loop.centre_line import CentreLine
+from avsec_gym.closed_loop.centre_line import (
+    AHEAD_X,
+    AHEAD_Y,
+    ALONG,
+    HEADING,
+    X,
+    Y,
+    coordinates,
+)
 from avsec_gym.closed_loop.lanes import Lanes
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 
-X, Y, ALONG, HEADING, LENGTH, AHEAD_X, AHEAD_Y = range(7)
 _HEADING_WEIGHT = 4.0
 """Metres that a radian between a vehicle and a lane counts for, as in `Lanes.at`."""
 
@@ -23,8 +30,7 @@ class RoadTable(NamedTuple):
     """L lanelets, in the order of the road."""
 
     points: Floats
-    """Points of lines, one line after the other: x, y, distance along the line, the line's heading
-    without jumps; length and direction of the segment from here on; shape (P, 7)."""
+    """Points of lines, one line after the other, as `coordinates` reads them, shape (P, 7)."""
     lines: NDArray[np.int64]
     """First point and the one after the last, of each lanelet's line through its successors,
     shape (L, 2)."""
@@ -44,7 +50,7 @@ def road_table(lanes: Lanes) -> RoadTable:
     spans: list[tuple[int, int]] = []
     begin = 0
     for line in [*(lanes.line(id) for id in ids), *(lanes.own_lines[id] for id in ids)]:
-        rows.append(_points(line))
+        rows.append(line.table)
         spans.append((begin, begin + len(rows[-1])))
         begin += len(rows[-1])
     return RoadTable(
@@ -54,11 +60,6 @@ def road_table(lanes: Lanes) -> RoadTable:
         widths=np.array([lanes.width(id) for id in ids]),
         edges=_edges(lanes.drivable),
     )
-
-
-def _points(line: CentreLine) -> Floats:
-    lengths, directions = np.append(line.lengths, 0.0), np.vstack([line.directions, [0.0, 0.0]])
-    return np.column_stack([line.points, line.along, line.headings, lengths, directions])
 
 
 def _edges(area: shapely.Geometry) -> Floats:
@@ -76,28 +77,6 @@ def contains(edges: Floats, x: float, y: float) -> bool:
         if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
             inside = not inside
     return inside
-
-
-@kernel(nogil=True)
-def coordinates(points: Floats, begin: int, end: int, x: float, y: float) -> tuple[float, float]:
-    """`CentreLine.coordinates` of the line through points `begin` to `end`."""
-    along, left, least = 0.0, 0.0, np.inf
-    for p in range(begin, end - 1):
-        length, dx, dy = points[p, LENGTH], points[p, AHEAD_X], points[p, AHEAD_Y]
-        relative_x, relative_y = x - points[p, X], y - points[p, Y]
-        ahead = relative_x * dx + relative_y * dy
-        # The first segment runs on backwards, the last one forwards.
-        inside = ahead
-        if p > begin:
-            inside = max(inside, 0.0)
-        if p < end - 2:
-            inside = min(inside, length)
-        apart_x, apart_y = relative_x - inside * dx, relative_y - inside * dy
-        apart = apart_x * apart_x + apart_y * apart_y
-        if apart < least:
-            least = apart
-            along, left = points[p, ALONG] + inside, dx * relative_y - dy * relative_x
-    return along, left
 
 
 @kernel(nogil=True)
