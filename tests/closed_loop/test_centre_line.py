@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 
 from avsec_gym.closed_loop.centre_line import CentreLine
 
@@ -33,3 +34,15 @@ def test_straight_and_bent_code_agree() -> None:
     for x, y in ((-3.0, 1.0), (10.0, 20.0), (50.0, 40.0)):
         np.testing.assert_allclose(straight.coordinates(x, y), same.coordinates(x, y), atol=1e-9)
     assert straight.heading(4.0) == pytest.approx(same.heading(4.0))
+
+
+def test_the_nearest_point_is_shapelys() -> None:
+    draw = np.random.default_rng(6)
+    points = np.cumsum(draw.uniform(0.5, 3.0, (30, 2)) * (1.0, 0.4), axis=0)
+    line, same = CentreLine(points), shapely.LineString(points)
+    for along in draw.uniform(5.0, line.length - 5.0, 200):
+        x, y = line.place(along, draw.uniform(-4.0, 4.0))
+        found, left = line.coordinates(x, y)
+        point = shapely.Point(x, y)
+        assert found == pytest.approx(same.project(point), abs=1e-9)
+        assert abs(left) <= same.distance(point) + 1e-9
