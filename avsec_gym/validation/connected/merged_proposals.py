@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.box_overlap import rectangle_overlap
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.accusation import lone_authors
 from avsec_gym.validation.connected.admission import admitted_proposals
 from avsec_gym.validation.connected.base_station import complete_set_of_regions
 from avsec_gym.validation.connected.budget import MessageBudget
-from avsec_gym.validation.connected.merging import regions_in_world, seen_from_above
+from avsec_gym.validation.connected.merging import regions_in_world, stands_in
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.traffic import MessageKind, SentMessages
@@ -47,13 +46,7 @@ class MergedProposals:
         """In which regions a vehicle itself stands, of which it sees nothing, shape (R,)."""
         if vehicle not in self.poses or not len(self.regions):
             return np.zeros(len(self.regions), bool)
-        pose = self.poses[vehicle]
-        own = np.array([*pose[:2, 3], *_OWN, np.arctan2(pose[1, 0], pose[0, 0])])
-        return np.asarray(rectangle_overlap(seen_from_above(self.regions), own[None])[:, 0] > 0)
-
-
-_OWN = (6.0, 2.8)
-"""Length and width about a vehicle's sensor in which its own body stands, metres."""
+        return stands_in(self.regions, self.poses[vehicle])
 
 
 def merge_proposals(

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from avsec_gym.box_overlap import rectangle_iou
+from avsec_gym.box_overlap import rectangle_iou, rectangle_overlap
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.validation.connected.regions import Regions
 
@@ -71,3 +72,18 @@ def seen_from_above(regions: Regions) -> Floats:
     return np.concatenate(
         [regions.centre[:, :2], regions.size[:, :2], regions.heading[:, None]], axis=1
     )
+
+
+def stands_in(regions: Regions, pose: Floats) -> NDArray[np.bool_]:
+    """In which regions a vehicle itself stands, of which its rays see nothing, shape (R,).
+
+    Args:
+        regions: R regions, world frame.
+        pose: Tr of the vehicle, shape (4, 4).
+    """
+    own = np.array([*pose[:2, 3], *_OWN, np.arctan2(pose[1, 0], pose[0, 0])])
+    return np.asarray(rectangle_overlap(seen_from_above(regions), own[None])[:, 0] > 0)
+
+
+_OWN = (6.0, 2.8)
+"""Length and width about a vehicle's sensor in which its own body stands, metres."""

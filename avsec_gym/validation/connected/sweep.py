@@ -86,13 +86,7 @@ def to_scan_time(
     x: float, y: float, seconds: float, speed: float, turn_rate: float
 ) -> tuple[float, float]:
     """From the frame that the vehicle has so much later to that at the scan's time."""
-    angle = turn_rate * seconds
-    # The chord of an arc points half of its angle off the heading.
-    chord, half = speed * seconds, 0.5 * angle
-    if abs(half) > 1e-9:
-        chord *= np.sin(half) / half
-    cos, sin = np.cos(angle), np.sin(angle)
-    ahead, left = chord * np.cos(half), chord * np.sin(half)
+    cos, sin, ahead, left = _motion(seconds, speed, turn_rate)
     return cos * x - sin * y + ahead, sin * x + cos * y + left
 
 
@@ -101,11 +95,68 @@ def from_scan_time(
     x: float, y: float, seconds: float, speed: float, turn_rate: float
 ) -> tuple[float, float]:
     """The inverse of `to_scan_time`."""
-    ahead, left = to_scan_time(0.0, 0.0, seconds, speed, turn_rate)
-    angle = turn_rate * seconds
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin, ahead, left = _motion(seconds, speed, turn_rate)
     x, y = x - ahead, y - left
     return cos * x + sin * y, cos * y - sin * x
+
+
+@kernel(nogil=True)
+def when_faced(
+    to_sensor: Floats,
+    motion: tuple[float, float, float],
+    age: float,
+    place: Floats,
+    velocity: Floats,
+) -> tuple[float, float, float, float, float, float, float]:
+    """Where a moving place is when the head of a vehicle's sensor faces it, and when that is.
+
+    Args:
+        to_sensor: The transform from the world to the velodyne frame, shape (4, 4).
+        motion: The vehicle's speed, turn rate, and the period of its head.
+        age: Seconds from when it is at its place to the scan.
+        place: The place in the world, shape (3,).
+        velocity: Its velocity along the world's x and y, shape (2,).
+
+    Returns:
+        x, y and z in the sensor's frame of the time when the head faces it, and the azimuth of
+        that; how long after it was at its place that is, seconds; the frame's time after the
+        scan's; by how much that may be off.
+    """
+    speed, turn_rate, period = motion
+    x, y, z, azimuth, later, time, faced = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # When it is faced depends on where it is then: once by its place at the scan's time, once
+    # more by what follows.
+    for _ in range(2):
+        later = age + faced
+        x, y, z = through(
+            to_sensor, place[0] + later * velocity[0], place[1] + later * velocity[1], place[2]
+        )
+        time = ray_time(x, y, period)
+        x, y = from_scan_time(x, y, time, speed, turn_rate)
+        azimuth = np.arctan2(y, x)
+        faced = azimuth * period / (2.0 * np.pi)
+    return x, y, z, azimuth, later, time, abs(faced - time)
+
+
+@kernel(nogil=True)
+def through(pose: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A place through a rigid transform of shape (4, 4)."""
+    return (
+        pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z + pose[0, 3],
+        pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z + pose[1, 3],
+        pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3],
+    )
+
+
+@kernel(nogil=True)
+def _motion(seconds: float, speed: float, turn_rate: float) -> tuple[float, float, float, float]:
+    """Cosine and sine of the vehicle's turn since the scan's time, and its way ahead and left."""
+    # The chord of an arc points half of its angle off the heading.
+    chord, half = speed * seconds, 0.5 * turn_rate * seconds
+    cos, sin = np.cos(half), np.sin(half)
+    if abs(half) > 1e-9:
+        chord *= sin / half
+    return cos * cos - sin * sin, 2.0 * sin * cos, chord * cos, chord * sin
 
 
 @kernel(nogil=True)

@@ -8,7 +8,6 @@ import numpy as np
 
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.range_image import RangeImage, range_image
-from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 
@@ -18,12 +17,10 @@ class Observer:
 
     Args:
         scan: The scan, with the pose and time that the vehicle measures.
-        sweep: How the scan came about.
         image: The scan's rays.
     """
 
     scan: VehicleScan
-    sweep: RollingSweep
     image: RangeImage
 
     @property
@@ -34,14 +31,10 @@ class Observer:
     @property
     def motion(self) -> tuple[float, float, float]:
         """Speed, turn rate and period of the sweep, as kernels take them."""
-        return self.sweep.speed, self.sweep.turn_rate, self.sweep.period
+        sweep = self.scan.sweep
+        return sweep.speed, sweep.turn_rate, sweep.period
 
 
-def observe(scan: VehicleScan, sweep: RollingSweep | None = None) -> Observer:
-    """Sort the rays of a scan, once for all claims.
-
-    Args:
-        scan: The scan, its points each in the frame of their own pulse.
-        sweep: How it came about; None: as the scan has it.
-    """
-    return Observer(scan, scan.sweep if sweep is None else sweep, range_image(scan.points))
+def observe(scan: VehicleScan) -> Observer:
+    """Sort the rays of a scan, once for all claims."""
+    return Observer(scan, range_image(scan.points, scan.compensated().points))

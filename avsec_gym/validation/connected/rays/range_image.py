@@ -21,11 +21,27 @@ _NEAREST = 0.5
 """Metres within which a return comes from the sensor's own vehicle."""
 
 
+_ARCTANGENT = (
+    0.001057607438057242,
+    -0.007030669470424213,
+    0.021912945865448393,
+    -0.04392841073326746,
+    0.06685281517877424,
+    -0.08785043282362845,
+    0.1105077127584966,
+    -0.14278576024807985,
+    0.19999558100363982,
+    -0.33333322488911593,
+    0.9999999995535376,
+)
+"""Of the polynomial in t^2 that meets arctan(t)/t in the 11 Chebyshev points of t^2 from 0 to 1."""
+
+
 class RangeImage(NamedTuple):
     """The rays of a scan, sorted into cells of 0.3 degrees (a tuple of arrays for kernels).
 
     Directions are those in the velodyne frame that each ray had when it was sent, as seen from
-    where the rays leave (`TIP`): nothing is compensated.
+    where the rays leave (`TIP`).
     """
 
     start: Ints
@@ -37,30 +53,31 @@ class RangeImage(NamedTuple):
     distance: Singles
     """How far each ray came, metres, shape (M,)."""
     end: Singles
-    """Where each ray ended, in the velodyne frame when it was sent, metres, shape (M, 3)."""
+    """Where each ray ended, in the velodyne frame of the scan's time, metres, shape (M, 3)."""
     lowest: float
     """The lowest elevation at which the sensor has rays, radians."""
     highest: float
     """The highest, radians."""
 
 
-def range_image(points: NDArray[np.float32]) -> RangeImage:
+def range_image(points: NDArray[np.float32], ends: NDArray[np.float32]) -> RangeImage:
     """Sort the rays of a scan by direction.
 
     Args:
         points: Points, each in the velodyne frame of its own pulse, shape (M, 3) or more columns;
             those that are not finite, or nearer than half a metre, are left out.
+        ends: The same points in the velodyne frame of the scan's time, shape (M, 3) or more.
     """
-    count = len(points)
-    azimuth, elevation, distance = np.empty((3, count), np.float32)
-    cell, start = np.empty(count, np.int32), np.zeros(_COLUMNS * _ROWS + 2, np.int32)
-    _directions(points, azimuth, elevation, distance, cell, start)
-    kept = int(start.sum())
+    # Columns that lie in a row: only those does the compiler take several of at a time.
+    x, y, z = np.ascontiguousarray(points[:, :3].T)
+    azimuth, elevation, distance = np.empty((3, len(points)), np.float32)
+    cell, start = np.empty(len(points), np.int32), np.zeros(_COLUMNS * _ROWS + 2, np.int32)
+    _directions(x, y, z, azimuth, elevation, distance, cell)
+    kept = _begin_cells(cell, start)
     by_cell, end = np.empty((3, kept), np.float32), np.empty((kept, 3), np.float32)
-    rows = start[2:].reshape(_ROWS, _COLUMNS).sum(axis=1)
-    _sort(points, azimuth, elevation, distance, cell, start, by_cell, end)
+    _sort(azimuth, elevation, distance, ends, cell, start, by_cell, end)
     # Single stray returns do not make a field of view.
-    used = np.flatnonzero(rows > 5)
+    used = np.flatnonzero(np.diff(start[:-1:_COLUMNS]) > 5)
     low, high = (used[0], used[-1] + 1) if len(used) else (0, 0)
     return RangeImage(
         start[:-1],
@@ -73,33 +90,41 @@ def range_image(points: NDArray[np.float32]) -> RangeImage:
     )
 
 
-def cells_between(image: RangeImage, first: float, last: float) -> NDArray[np.int64]:
-    """The cells of all elevations between two azimuths, as runs of cells that lie in a row.
+@kernel(nogil=True)
+def rows_of_view(image: RangeImage) -> tuple[int, int]:
+    """The rows in which the sensor has rays: the first, and that after the last."""
+    lowest, highest = image.lowest - _LOWEST, image.highest - _LOWEST
+    return int(np.round(lowest / _CELL)), int(np.round(highest / _CELL))
+
+
+@kernel(nogil=True)
+def cells_between(
+    right: float, left: float, lowest: float, highest: float
+) -> tuple[int, int, int, int]:
+    """The cells between two azimuths and two elevations: rows, then columns, both half-open.
+
+    Columns may lie outside of the image: those of a full turn less or more are meant.
 
     Args:
-        image: The rays.
-        first: Azimuth of the right border, radians.
-        last: Azimuth of the left border, the greater number.
-
-    Returns:
-        First cell and that after the last of each run, shape (R, 2).
+        right: The lesser azimuth, radians.
+        left: The greater azimuth, radians.
+        lowest: The lesser elevation, radians.
+        highest: The greater elevation, radians.
     """
-    rows = np.arange(round((image.highest - image.lowest) / _CELL))
-    rows += round((image.lowest - _LOWEST) / _CELL)
-    begin = int(np.floor((first + np.pi) / _CELL))
-    end = min(int(np.floor((last + np.pi) / _CELL)) + 1, begin + _COLUMNS)
-    begin, end = begin % _COLUMNS, end - begin + begin % _COLUMNS
-    spans = [(begin, min(end, _COLUMNS))] + ([(0, end - _COLUMNS)] if end > _COLUMNS else [])
-    return np.concatenate([rows[:, None] * _COLUMNS + np.array([span]) for span in spans])
+    first = int(np.floor((right + np.pi) / _CELL))
+    return (
+        max(int(np.floor((lowest - _LOWEST) / _CELL)), 0),
+        min(int(np.floor((highest - _LOWEST) / _CELL)) + 1, _ROWS),
+        first,
+        min(int(np.floor((left + np.pi) / _CELL)) + 1, first + _COLUMNS),
+    )
 
 
 @kernel(nogil=True)
 def cells_around(
     azimuth: float, elevation: float, across: float, up: float
 ) -> tuple[int, int, int, int]:
-    """The cells of which some direction is near a direction: rows, then columns, both half-open.
-
-    Columns may lie outside of the image: those of a full turn less or more are meant.
+    """The cells of which some direction is near a direction, as of `cells_between`.
 
     Args:
         azimuth: Azimuth of the direction, radians.
@@ -109,12 +134,7 @@ def cells_around(
     """
     # Azimuths lie closer together the higher the direction.
     side = min(across / max(np.cos(elevation), 0.1), 0.5 * np.pi)
-    return (
-        max(int(np.floor((elevation - up - _LOWEST) / _CELL)), 0),
-        min(int(np.floor((elevation + up - _LOWEST) / _CELL)) + 1, _ROWS),
-        int(np.floor((azimuth - side + np.pi) / _CELL)),
-        int(np.floor((azimuth + side + np.pi) / _CELL)) + 1,
-    )
+    return cells_between(azimuth - side, azimuth + side, elevation - up, elevation + up)
 
 
 @kernel(nogil=True)
@@ -154,44 +174,70 @@ def angles_between(
 
 @kernel(nogil=True)
 def _directions(
-    points: NDArray[np.float32],
+    x: Singles,
+    y: Singles,
+    z: Singles,
     azimuth: Singles,
     elevation: Singles,
     distance: Singles,
     cell: Ints,
-    start: Ints,
 ) -> None:
-    """Polar coordinates and cells; `start` counts the rays of each cell, two places on."""
-    for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2] - np.float32(TIP)
-        flat = x * x + y * y
-        far = np.sqrt(flat + z * z)
-        cell[i] = -1
-        if not (_NEAREST < far < np.inf):
-            continue
-        azimuth[i] = np.arctan2(y, x)
-        elevation[i] = np.arctan2(z, np.sqrt(flat))
-        distance[i] = far
-        column = int((azimuth[i] + np.pi) / _CELL) % _COLUMNS
-        row = min(max(int(np.floor((elevation[i] - _LOWEST) / _CELL)), 0), _ROWS - 1)
-        cell[i] = row * _COLUMNS + column
+    """Polar coordinates and cells, -1 for a point that is no ray.
+
+    A loop without branches and calls, of which the processor does several rays at a time.
+    """
+    for i in range(len(x)):
+        up = z[i] - np.float32(TIP)
+        flat = x[i] * x[i] + y[i] * y[i]
+        far = np.sqrt(flat + up * up)
+        left = np.float32(_angle(float(y[i]), float(x[i])))
+        above = np.float32(_angle(float(up), float(np.sqrt(flat))))
+        azimuth[i], elevation[i], distance[i] = left, above, far
+        column, row = np.int32((left + np.pi) / _CELL), np.int32((above - _LOWEST) / _CELL)
+        column, row = column if column < _COLUMNS else 0, min(max(row, 0), _ROWS - 1)
+        is_ray = (far > _NEAREST) & (far < np.inf)
+        cell[i] = row * _COLUMNS + column if is_ray else -1
+
+
+@kernel(inline="always")
+def _angle(y: float, x: float) -> float:
+    """The angle from x to y, to a billionth: finer than the single precision that takes it."""
+    long, short = max(abs(x), abs(y)), min(abs(x), abs(y))
+    slope = short / max(long, 1e-30)
+    square = slope * slope
+    total = 0.0
+    for coefficient in _ARCTANGENT:
+        total = total * square + coefficient
+    total *= slope
+    total = 0.5 * np.pi - total if abs(y) > abs(x) else total
+    total = np.pi - total if x < 0.0 else total
+    return -total if y < 0.0 else total
+
+
+@kernel(nogil=True)
+def _begin_cells(cell: Ints, start: Ints) -> int:
+    """Where each cell begins, one place on from where `RangeImage` has it; how many rays it is."""
+    for i in range(len(cell)):
+        # Points that are no rays are counted at place 1, and forgotten.
         start[cell[i] + 2] += 1
+    start[1] = 0
+    for c in range(2, len(start)):
+        start[c] += start[c - 1]
+    return start[-1]
 
 
 @kernel(nogil=True)
 def _sort(
-    points: NDArray[np.float32],
     azimuth: Singles,
     elevation: Singles,
     distance: Singles,
+    ends: Singles,
     cell: Ints,
     start: Ints,
     by_cell: Singles,
     end: Singles,
 ) -> None:
     """Counting sort: while it fills cell c, ``start[c + 1]`` moves from its begin to its end."""
-    for c in range(1, len(start)):
-        start[c] += start[c - 1]
     for i in range(len(cell)):
         if cell[i] >= 0:
             place = start[cell[i] + 1]
@@ -200,4 +246,4 @@ def _sort(
             by_cell[1, place] = elevation[i]
             by_cell[2, place] = distance[i]
             for axis in range(3):
-                end[place, axis] = points[i, axis]
+                end[place, axis] = ends[i, axis]

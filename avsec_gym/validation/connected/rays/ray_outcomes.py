@@ -16,7 +16,7 @@ from avsec_gym.validation.connected.rays.range_image import (
     cells_around,
     run_of_rays,
 )
-from avsec_gym.validation.connected.sweep import TIP, from_scan_time, ray_time, to_scan_time
+from avsec_gym.validation.connected.sweep import TIP, from_scan_time, through, when_faced
 
 SUPPORT, THROUGH, MISSING, OCCLUDED, NEAR, OUTSIDE = range(6)
 """What a claimed voxel meets in the range image of a witness: a return in the region's box; one
@@ -44,8 +44,8 @@ class Look(NamedTuple):
     """Seconds from each claim to the witness' scan, shape (C,)."""
     centre: Floats
     """Bottom centre of the box that rays must end in, in the world, shape (C, 3)."""
-    heading: Floats
-    """Its heading, shape (C,)."""
+    ahead: Floats
+    """Cosine and sine of its heading, shape (C, 2)."""
     half: Floats
     """Half of its length, width and height, shape (C, 3)."""
     around: Floats
@@ -70,20 +70,37 @@ def fill_outcomes(look: Look, velocity: Floats, result: NDArray[np.int8]) -> Non
 
 
 @kernel(nogil=True)
-def fill_supported(
+def fill_counts(
     look: Look, velocities: Floats, needed: NDArray[np.int64], counts: NDArray[np.int64]
 ) -> None:
-    """Fills in the numbers of voxels that rays support, and gives up where too few are left."""
+    """Fills in how many voxels of each claim rays support, pass through, and miss.
+
+    Args:
+        look: The witness and the claims.
+        velocities: Of what is claimed, had it moved at several, shape (S, C, 2).
+        needed: Claims with fewer supported voxels are left at 0, shape (C,).
+        counts: Takes the numbers, 0 before, shape (S, C, 3).
+    """
     for s in range(len(velocities)):
         last = 0
         for c in range(len(look.voxels)):
             first, last = last, last + look.voxels[c]
-            supported = 0
-            for v in range(first, last):
-                if supported + last - v < needed[c]:
-                    break
-                supported += _outcome(look, v, c, velocities[s, c], True) == SUPPORT
-            counts[s, c] = supported if supported >= needed[c] else 0
+            if _supports(look, first, last, c, velocities[s, c], needed[c]):
+                for v in range(first, last):
+                    outcome = _outcome(look, v, c, velocities[s, c], False)
+                    # The first three of the outcomes are those that are counted.
+                    if outcome <= MISSING:
+                        counts[s, c, outcome] += 1
+
+
+@kernel(nogil=True)
+def _supports(look: Look, first: int, last: int, c: int, velocity: Floats, needed: int) -> bool:
+    """Whether rays support so many voxels of claim `c`; ends where it must, or cannot any more."""
+    v = first
+    while 0 < needed <= last - v:
+        needed -= _outcome(look, v, c, velocity, True) == SUPPORT
+        v += 1
+    return needed <= 0
 
 
 @kernel(nogil=True)
@@ -96,11 +113,11 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
     """
     image, motion, half = look.image, look.motion, look.half[c]
     # The ray in its direction.
-    x, y, z, later, time, doubt = _when_faced(
+    x, y, z, azimuth, later, time, doubt = when_faced(
         look.to_sensor, motion, look.age[c], look.places[v], velocity
     )
     flat = np.sqrt(x * x + y * y)
-    azimuth, elevation = np.arctan2(y, x), np.arctan2(z - TIP, flat)
+    elevation = np.arctan2(z - TIP, flat)
     seen = image.lowest + look.reach < elevation < image.highest - look.reach
     if not seen or flat > look.resolved:
         return OUTSIDE
@@ -113,8 +130,8 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
         later * velocity[0] + look.centre[c, 0],
         later * velocity[1] + look.centre[c, 1],
         look.centre[c, 2],
-        np.cos(look.heading[c]),
-        np.sin(look.heading[c]),
+        look.ahead[c, 0],
+        look.ahead[c, 1],
     )
     aside = 2.0 * across
     doubt += motion[2] * (aside / (2.0 * np.pi) if abs(azimuth) + aside < np.pi else 1.0)
@@ -134,7 +151,7 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
                 left, above = angles_between(image, i, azimuth, elevation)
                 if (left / across) ** 2 + (above / rise) ** 2 > 1.0:
                     continue
-                if in_box and _ends_in_box(image, i, look.pose, motion, box, half):
+                if in_box and _ends_in_box(image, i, look.pose, box, half):
                     return SUPPORT
                 if distance < claimed - look.beyond:
                     found = OCCLUDED
@@ -157,7 +174,7 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
                 left, above = angles_between(image, i, azimuth, middle)
                 if abs(left) > across or abs(above) > lower:
                     continue
-                if _ends_in_box(image, i, look.pose, motion, box, half):
+                if _ends_in_box(image, i, look.pose, box, half):
                     return NEAR
     return THROUGH
 
@@ -182,7 +199,7 @@ def _distances_of_box(
         half: Half of the box's length, width, height, shape (3,).
     """
     speed, turn_rate, _ = motion
-    x, y, z = _to_world(to_sensor, box[0], box[1], box[2] + half[2])
+    x, y, z = through(to_sensor, box[0], box[1], box[2] + half[2])
     x, y = from_scan_time(x, y, time, speed, turn_rate)
     away = np.sqrt(x * x + y * y + (z - TIP) ** 2)
     radius = np.sqrt(half[0] ** 2 + half[1] ** 2 + half[2] ** 2)
@@ -195,7 +212,6 @@ def _ends_in_box(
     image: RangeImage,
     ray: int,
     pose: Floats,
-    motion: tuple[float, float, float],
     box: tuple[float, float, float, float, float],
     half: Floats,
 ) -> bool:
@@ -205,62 +221,12 @@ def _ends_in_box(
         image: The witness' rays.
         ray: Index of the ray.
         pose: The transform from the witness' velodyne frame to the world, shape (4, 4).
-        motion: The witness' speed, turn rate, and the period of its head.
         box: The world's x, y and z of the bottom's middle when the ray was sent, cosine and sine of
             the heading.
         half: Half of the box's length, width, height, shape (3,).
     """
-    speed, turn_rate, period = motion
     east, north, up, cos, sin = box
-    when = image.azimuth[ray] * period / (2.0 * np.pi)
-    a, b = to_scan_time(image.end[ray, 0], image.end[ray, 1], when, speed, turn_rate)
-    x, y, z = _to_world(pose, a, b, image.end[ray, 2])
+    x, y, z = through(pose, image.end[ray, 0], image.end[ray, 1], image.end[ray, 2])
     x, y, z = x - east, y - north, z - up
     along, across = abs(cos * x + sin * y), abs(cos * y - sin * x)
     return along < half[0] and across < half[1] and 0.7 * CLEARANCE < z < 2.0 * half[2]
-
-
-@kernel(nogil=True)
-def _when_faced(
-    to_sensor: Floats,
-    motion: tuple[float, float, float],
-    age: float,
-    place: Floats,
-    velocity: Floats,
-) -> tuple[float, float, float, float, float, float]:
-    """Where a moving voxel is when the witness' head faces it, and when that is.
-
-    Args:
-        to_sensor: The transform from the world to the witness' velodyne frame, shape (4, 4).
-        motion: The witness' speed, turn rate, and the period of its head.
-        age: Time from the claim to the witness' scan, seconds.
-        place: The voxel in the world at the time of the claim, shape (3,).
-        velocity: The velocity of what is claimed along the world's x and y, shape (2,).
-
-    Returns:
-        x, y and z in the sensor's frame of the time when the head faces it; how long after the
-        claim it is there, seconds; the frame's time after the scan's; by how much that may be off.
-    """
-    speed, turn_rate, period = motion
-    x, y, z, later, time, faced = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    # When it is faced depends on where it is then: once by its place at the scan's time, once
-    # more by what follows.
-    for _ in range(2):
-        later = age + faced
-        x, y, z = _to_world(
-            to_sensor, place[0] + later * velocity[0], place[1] + later * velocity[1], place[2]
-        )
-        time = ray_time(x, y, period)
-        x, y = from_scan_time(x, y, time, speed, turn_rate)
-        faced = ray_time(x, y, period)
-    return x, y, z, later, time, abs(faced - time)
-
-
-@kernel(nogil=True)
-def _to_world(pose: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A place through a rigid transform of shape (4, 4)."""
-    return (
-        pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z + pose[0, 3],
-        pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z + pose[1, 3],
-        pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3],
-    )

@@ -9,13 +9,9 @@ from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import number
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.rays.claims import Claims
+from avsec_gym.validation.connected.rays.claims import Claims, heading_vectors
 from avsec_gym.validation.connected.rays.observer import Observer
-from avsec_gym.validation.connected.rays.ray_outcomes import (
-    Look,
-    fill_outcomes,
-    fill_supported,
-)
+from avsec_gym.validation.connected.rays.ray_outcomes import Look, fill_counts, fill_outcomes
 from avsec_gym.validation.connected.regions import Regions
 
 _MOST = {
@@ -98,7 +94,7 @@ def _look_of(
         claims.count,
         witness.scan.time - since,
         chosen.centre,
-        chosen.heading,
+        heading_vectors(chosen),
         chosen.size / 2 + margins.side,
         margins.around + margins.around_sigmas * apart,
         margins.reach,
@@ -138,29 +134,35 @@ def outcomes(
     return result
 
 
-def count_supported(
+def count_outcomes(
     witness: Observer,
     claims: Claims,
     regions: Regions,
     margins: WitnessMargins,
-    velocities: Floats,
-    needed: NDArray[np.int64],
+    velocities: Floats | None = None,
+    needed: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """How many voxels of each claim a witness' rays support, had it moved at several velocities.
+    """How many voxels of each claim a witness' rays support, pass through, and miss.
 
     Args:
         witness: The vehicle that looks.
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
-        velocities: How fast what is claimed moves along the world's x and y, since the time of the
-            claim, m/s, shape (S, C, 2).
-        needed: Number below which it does not matter how many, shape (C,).
+        velocities: Had what is claimed moved at several velocities along the world's x and y, since
+            the time of the claim, m/s, shape (S, C, 2); None: at one, as of `outcomes`.
+        needed: Number of supported voxels below which it does not matter how many, shape (C,);
+            None: all are counted.
 
     Returns:
-        Numbers of `SUPPORT`, shape (S, C); 0 for less than what is needed.
+        Numbers of `SUPPORT`, `THROUGH` and `MISSING`, shape (S, C, 3); 0 for less than what is
+        needed.
     """
-    counts = np.zeros(velocities.shape[:2], np.int64)
-    look = _look_of(witness, claims, regions, margins, claims.time)
-    fill_supported(look, velocities, needed, counts)
+    since = claims.time
+    if velocities is None:
+        velocities, since = claims.velocity[None], np.zeros(len(claims))
+    if needed is None:
+        needed = np.zeros(len(claims), np.int64)
+    counts = np.zeros((*velocities.shape[:2], 3), np.int64)
+    fill_counts(_look_of(witness, claims, regions, margins, since), velocities, needed, counts)
     return counts

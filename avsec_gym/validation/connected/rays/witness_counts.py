@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,15 +11,10 @@ from numpy.typing import NDArray
 from avsec_gym.box_overlap import rectangle_overlap
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.merging import seen_from_above
+from avsec_gym.validation.connected.merging import seen_from_above, stands_in
 from avsec_gym.validation.connected.rays.claims import MOST_CLAIMS, MOST_VOXELS_OF_ONE, Claims
 from avsec_gym.validation.connected.rays.observer import Observer
-from avsec_gym.validation.connected.rays.ray_outcomes import MISSING, SUPPORT, THROUGH
-from avsec_gym.validation.connected.rays.witness import (
-    WitnessMargins,
-    count_supported,
-    outcomes,
-)
+from avsec_gym.validation.connected.rays.witness import WitnessMargins, count_outcomes
 from avsec_gym.validation.connected.regions import Regions
 
 ACCUSING_RAYS = 8
@@ -62,7 +56,8 @@ def count_rays(
     the thing moved along its region's heading at some speed up to `WitnessMargins.fastest`, and
     reports the counts that support it most.  Of a vehicle of which one face was seen, nothing shows
     which of its sides is the longer one: of what may have moved across its region, to where nothing
-    else is claimed, fewer rays that pass through are reported than an accusation needs.
+    else is claimed, fewer rays that pass through are reported than an accusation needs.  Of regions
+    in which the witness itself stands it reports nothing.
 
     Args:
         witness: The vehicle that looks.
@@ -70,28 +65,29 @@ def count_rays(
         regions: The regions that all vehicles share.
         margins: What may lie apart.
     """
-    counts = _three_counts(claims, outcomes(witness, claims, regions, margins))
+    counts = np.zeros((len(claims), 3), np.int64)
+    seen = np.flatnonzero(~stands_in(regions, witness.pose)[claims.region])
+    counts[seen] = count_outcomes(witness, claims[seen], regions, margins)[0]
     stands = ~claims.velocity.any(axis=1)
     doubted = np.flatnonzero(stands & (counts[:, 1] > counts[:, 0]))
     if margins.fastest > 0 and len(doubted):
         some, before = claims[doubted], counts[doubted]
-        best = before.copy()
-        for _, moved in _moved_along(0.0, witness, some, before, regions, margins):
-            better = moved[:, 0] - moved[:, 1] > best[:, 0] - best[:, 1]
-            better &= _is_supported(moved, before)
-            best[better] = moved[better]
+        _, moved = _moved_along(0.0, witness, some, before, regions, margins)
+        # Of each claim the first of those moves that most rays support, if more than before.
+        every = np.concatenate([before[None], moved])
+        lead = every[..., 0] - every[..., 1]
+        lead[1:][~_is_supported(moved, before)] = np.iinfo(np.int64).min
+        best = every[lead.argmax(axis=0), np.arange(len(doubted))]
         counts[doubted] = best
         # Of what may have moved across, too few rays are reported for an accusation.
-        accusing = (best[:, 1] >= ACCUSING_RAYS) & (best[:, 1] >= best[:, 0])
-        left = doubted[accusing]
+        left = doubted[(best[:, 1] >= ACCUSING_RAYS) & (best[:, 1] >= best[:, 0])]
         if len(left):
             some, before, own = claims[left], counts[left], claims.region[left]
-            crossed = np.zeros(len(left), bool)
-            for by, moved in _moved_along(np.pi / 2, witness, some, before, regions, margins):
-                rows = np.flatnonzero(_is_supported(moved, before) & ~crossed)
-                place = _moved(regions[own[rows]], by[rows])
-                crossed[rows] = ~_is_claimed(place, own[rows], claims, regions)
-            counts[left[crossed], 1] = ACCUSING_RAYS - 1
+            by, moved = _moved_along(np.pi / 2, witness, some, before, regions, margins)
+            move, thing = np.nonzero(_is_supported(moved, before))
+            place = _moved(regions[own[thing]], by[move, thing])
+            excused = ~_is_claimed(place, own[thing], claims, regions)
+            counts[left[thing[excused]], 1] = ACCUSING_RAYS - 1
     return WitnessCounts(claims.region, counts)
 
 
@@ -102,7 +98,7 @@ def _moved_along(
     before: NDArray[np.int64],
     regions: Regions,
     margins: WitnessMargins,
-) -> Iterator[tuple[Floats, NDArray[np.int64]]]:
+) -> tuple[Floats, NDArray[np.int64]]:
     """What a witness counts, had what is claimed moved at speeds up to `WitnessMargins.fastest`.
 
     Args:
@@ -113,9 +109,9 @@ def _moved_along(
         regions: The regions that all vehicles share.
         margins: What may lie apart.
 
-    Yields:
-        How far each thing moved along the world's x and y, metres, shape (C, 2), and supporting,
-        passing and missing rays, shape (C, 3), all 0 where not half as many support as met the
+    Returns:
+        How far each thing moved along the world's x and y, metres, shape (S, C, 2), and supporting,
+        passing and missing rays, shape (S, C, 3), all 0 where not half as many support as met the
         claim before.
     """
     between = _time_between(witness, claims, regions)
@@ -125,24 +121,16 @@ def _moved_along(
     shares = np.delete(np.linspace(-1.0, 1.0, 2 * steps + 1), steps)
     velocities = margins.fastest * shares[:, None, None] * ahead
     enough = np.maximum(before[:, :2].sum(axis=1), 1)
-    supported = count_supported(witness, claims, regions, margins, velocities, (enough + 1) // 2)
-    for velocity, several in zip(velocities, supported, strict=True):
-        rows = np.flatnonzero(several)
-        moved = np.zeros((len(claims), 3), np.int64)
-        if len(rows):
-            some = claims[rows]
-            moved[rows] = _three_counts(
-                some, outcomes(witness, some, regions, margins, velocity[rows])
-            )
-        yield velocity * between[:, None], moved
+    moved = count_outcomes(witness, claims, regions, margins, velocities, (enough + 1) // 2)
+    return velocities * between[:, None], moved
 
 
 def _is_supported(moved: NDArray[np.int64], before: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether claims are supported at another place, by half of the rays of before, shape (C,).
+    """Whether claims are supported at other places, by half of the rays of before, shape (S, C).
 
     Fewer rays are no excuse.
     """
-    return (moved[:, 0] > moved[:, 1]) & (2 * moved[:, 0] >= before[:, :2].sum(axis=1))
+    return (moved[..., 0] > moved[..., 1]) & (2 * moved[..., 0] >= before[:, :2].sum(axis=1))
 
 
 def _moved(regions: Regions, by: Floats) -> Regions:
@@ -172,23 +160,13 @@ _SHIFT = 0.4
 """Metres between the places at which a thing that may have moved is looked for."""
 
 
-def _three_counts(claims: Claims, outcome: NDArray[np.int8]) -> NDArray[np.int64]:
-    """Supporting, passing and missing rays of each claim, shape (C, 3)."""
-    of_voxel = claims.of_voxels()
-    counts = [
-        np.bincount(of_voxel[outcome == each], minlength=len(claims))
-        for each in (SUPPORT, THROUGH, MISSING)
-    ]
-    return np.stack(counts, axis=1)
-
-
 def _time_between(witness: Observer, claims: Claims, regions: Regions) -> Floats:
     """How long after each claim the witness' head faces its region, seconds, shape (C,)."""
     centre = regions.centre[claims.region]
     to_sensor = np.linalg.inv(witness.pose)
     x, y = (centre @ to_sensor[:2, :3].T + to_sensor[:2, 3]).T
     turned = np.arctan2(y, x) / (2 * np.pi)
-    return np.asarray(witness.scan.time + turned * witness.sweep.period - claims.time)
+    return np.asarray(witness.scan.time + turned * witness.scan.sweep.period - claims.time)
 
 
 def encode_counts(counts: WitnessCounts) -> bytes:

@@ -30,8 +30,7 @@ def _region(x: float, y: float, heading: float = 0.0) -> Regions:
 
 
 def test_claimed_voxels_are_those_of_the_sides_that_face_the_sensor() -> None:
-    still = RollingSweep(period=0.0)
-    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0)), still), _region(12.0, 0.0))
+    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0))), _region(12.0, 0.0))
     x, y, z = claims.places(_region(12.0, 0.0)).T
     assert len(x) > 30
     # The front, or the roof; a voxel's centre lies within half a voxel of the surface.
@@ -42,7 +41,7 @@ def test_claimed_voxels_are_those_of_the_sides_that_face_the_sensor() -> None:
 
 def test_layers_are_the_heights_at_which_there_are_voxels() -> None:
     region = _region(12.0, 0.0)
-    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0)), RollingSweep(period=0.0)), region)
+    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0))), region)
     heights = np.unique(claims.places(region)[:, 2].round(6))
     assert claims.layers(region).tolist() == [len(heights)]
     assert len(heights) > 3
@@ -50,7 +49,7 @@ def test_layers_are_the_heights_at_which_there_are_voxels() -> None:
 
 @pytest.mark.parametrize("heading", [0.4, np.pi / 2, -2.5])
 def test_voxels_of_a_turned_region_lie_at_the_same_surface(heading: float) -> None:
-    observer = observe(scan_of([_BOX], pose_at(0.0, 0.0)), RollingSweep(period=0.0))
+    observer = observe(scan_of([_BOX], pose_at(0.0, 0.0)))
     region = _region(11.0, 0.0, heading)
     x, y, z = claim(observer, region).places(region).T
     front = np.abs(x - 10.0) <= VOXEL * np.sqrt(0.5) + 1e-9
@@ -61,13 +60,13 @@ def test_voxels_of_a_turned_region_lie_at_the_same_surface(heading: float) -> No
 
 def test_the_ground_claims_nothing() -> None:
     empty = scan_of([], pose_at(0.0, 0.0))
-    assert len(claim(observe(empty, RollingSweep(period=0.0)), _region(12.0, 0.0))) == 0
+    assert len(claim(observe(empty), _region(12.0, 0.0))) == 0
 
 
 def test_a_vehicle_that_drives_and_turns_claims_where_things_are() -> None:
     sweep, region = RollingSweep(15.0, 0.3, 0.1), _region(-8.0, 9.0)
     box: Box = (-10.0, -6.0, 8.0, 10.0, 0.0, 1.5)
-    observer = observe(scan_of([box], pose_at(0.0, 0.0), sweep=sweep), sweep)
+    observer = observe(scan_of([box], pose_at(0.0, 0.0), sweep=sweep))
     x, y, z = claim(observer, region).places(region).T
     near = np.minimum(np.abs(y - 8.0), np.abs(x + 6.0)) <= VOXEL
     assert len(x) > 10
@@ -77,8 +76,8 @@ def test_a_vehicle_that_drives_and_turns_claims_where_things_are() -> None:
 def test_what_moves_is_claimed_where_it_is_at_the_instant() -> None:
     sweep, region = RollingSweep(0.0, 0.0, 0.1), _region(12.0, 0.0)
     scan = scan_of([_BOX], pose_at(0.0, 0.0), time=0.1, sweep=sweep, velocity=(15.0, 0.0))
-    carried = claim(observe(scan, sweep), region, np.array([[15.0, 0.0]]))
-    left = claim(observe(scan, sweep), region)
+    carried = claim(observe(scan), region, np.array([[15.0, 0.0]]))
+    left = claim(observe(scan), region)
     assert np.abs(carried.places(region)[:, 0].min() - 10.0) <= VOXEL / 2 + 1e-6
     assert left.places(region)[:, 0].min() > 11.3
 
@@ -86,7 +85,7 @@ def test_what_moves_is_claimed_where_it_is_at_the_instant() -> None:
 def test_a_vehicle_among_regions_without_end_claims_no_more_than_fits() -> None:
     rng = np.random.default_rng(0)
     box = (*_BOX[:4], 0.0, 3.0)
-    observer = observe(scan_of([box], pose_at(0.0, 0.0)), RollingSweep(period=0.0))
+    observer = observe(scan_of([box], pose_at(0.0, 0.0)))
     centre = np.array([12.0, 0.0, 0.0]) + rng.normal(0, 0.1, (300, 3))
     regions = Regions(centre, np.tile([4.0, 2.0, 3.0], (300, 1)), rng.normal(0, 0.1, 300))
     claims = claim(observer, regions)
@@ -96,12 +95,15 @@ def test_a_vehicle_among_regions_without_end_claims_no_more_than_fits() -> None:
     assert (np.diff(claims.region) > 0).all()
 
 
-@pytest.mark.parametrize("heading", [0.5, 2.9])
+@pytest.mark.parametrize(
+    ("heading", "speed", "turn_rate"),
+    [(0.5, 30.0, 0.6), (2.9, 30.0, 0.6), (0.5, 0.0, 3.0), (-0.9, 0.0, 3.0), (-0.9, 0.0, -3.0)],
+)
 @pytest.mark.parametrize("velocity", [(0.0, 0.0), (25.0, -8.0)])
 def test_no_ray_that_ends_in_a_region_is_passed_over(
-    heading: float, velocity: tuple[float, float]
+    heading: float, velocity: tuple[float, float], speed: float, turn_rate: float
 ) -> None:
-    sweep = RollingSweep(30.0, 0.6, 0.1)
+    sweep = RollingSweep(speed, turn_rate, 0.1)
     post: Box = (11.5, 12.5, -0.5, 0.5, 0.0, 1.2)
     scan = scan_of([post], pose_at(20.0, 4.0, heading), time=0.0, sweep=sweep, velocity=velocity)
     region = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[1.4, 1.2, 1.0]]), np.array([0.2]))
@@ -118,7 +120,7 @@ def test_no_ray_that_ends_in_a_region_is_passed_over(
     index = np.c_[along + sides[0] / 2, across + sides[1] / 2, away[:, 2]][inside] // VOXEL
     shape = grid_shapes(sides[None])[0]
     voxels = np.unique(index.astype(int) @ [shape[1] * shape[2], shape[2], 1])
-    claims = claim(observe(scan, sweep), region, np.array([velocity]))
+    claims = claim(observe(scan), region, np.array([velocity]))
     assert MOST_VOXELS_OF_ONE >= len(voxels) > 5
     assert len(set(claims.voxel) ^ set(voxels)) <= 2  # at the border of two voxels
 
@@ -146,7 +148,7 @@ def test_a_tilted_sensor_passes_over_no_corner(pitch: float, away: float) -> Non
     )
     points = (world @ np.linalg.inv(pose).T)[:, :3].astype(np.float32)
     scan = VehicleScan(np.c_[points, np.full(len(points), 0.5, np.float32)], pose)
-    observer = observe(scan, RollingSweep(period=0.0))
+    observer = observe(scan)
     # A handful of rays makes no field of view; here it does.
     rows = observer.image._replace(lowest=-np.pi / 4, highest=np.pi / 4)
     claims = claim(replace(observer, image=rows), region)

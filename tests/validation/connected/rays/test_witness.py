@@ -22,13 +22,12 @@ from tests.validation.connected.rays.world_of_planes import HEIGHT, Box, pose_at
 _BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)
 _REGION = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[4.0, 2.0, 1.5]]), np.zeros(1))
 _EXACT = WitnessMargins(position_noise=0.0, heading_noise=0.0)
-_STILL = RollingSweep(period=0.0)
 
 
 @pytest.fixture(scope="module")
 def claims() -> Claims:
     """What a vehicle claims that sees the box from its side."""
-    return claim(observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2)), _STILL), _REGION)
+    return claim(observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2))), _REGION)
 
 
 def _shares(witness: Observer, claims: Claims, margins: WitnessMargins = _EXACT) -> np.ndarray:
@@ -38,7 +37,7 @@ def _shares(witness: Observer, claims: Claims, margins: WitnessMargins = _EXACT)
 
 
 def test_rays_that_end_on_the_box_support_it(claims: Claims) -> None:
-    witness = observe(scan_of([_BOX], pose_at(3.0, -6.0, 0.7)), _STILL)
+    witness = observe(scan_of([_BOX], pose_at(3.0, -6.0, 0.7)))
     support, through, missing = _shares(witness, claims)
     assert support > 0.6
     assert through == missing == 0
@@ -48,7 +47,7 @@ def test_rays_that_end_on_the_box_support_it(claims: Claims) -> None:
 def test_rays_to_the_ground_or_a_wall_behind_pass_through_what_is_not_there(
     claims: Claims, behind: tuple[Box, ...]
 ) -> None:
-    witness = observe(scan_of(behind, pose_at(0.0, 0.0)), _STILL)
+    witness = observe(scan_of(behind, pose_at(0.0, 0.0)))
     support, through, _ = _shares(witness, claims)
     assert support == 0
     assert through > 0.6
@@ -56,14 +55,14 @@ def test_rays_to_the_ground_or_a_wall_behind_pass_through_what_is_not_there(
 
 def test_what_a_wall_hides_stays_open(claims: Claims) -> None:
     wall: Box = (5.0, 5.2, -20.0, 20.0, 0.0, 5.0)
-    witness = observe(scan_of([wall], pose_at(0.0, 0.0)), _STILL)
+    witness = observe(scan_of([wall], pose_at(0.0, 0.0)))
     assert _shares(witness, claims).tolist() == [0, 0, 0]
 
 
 def test_over_a_low_wall_rays_pass_through_what_they_can_reach(claims: Claims) -> None:
     wall: Box = (5.0, 5.2, -20.0, 20.0, 0.0, 1.5)
     house: Box = (40.0, 50.0, -60.0, 60.0, 0.0, 20.0)
-    witness = observe(scan_of([wall, house], pose_at(0.0, 0.0)), _STILL)
+    witness = observe(scan_of([wall, house], pose_at(0.0, 0.0)))
     outcome = outcomes(witness, claims, _REGION, _EXACT)
     # Height above the wall's far edge at which the line from the sensor to each voxel crosses it.
     x, _, z = claims.places(_REGION).T
@@ -80,15 +79,15 @@ def test_rays_that_were_lost_are_missing(claims: Claims) -> None:
     kept = ~_REGION.grown(0.4, 0.4).contains(0, scan.in_world())
     kept &= np.abs(scan.points[:, 1]) > 0.14 * scan.points[:, 0]
     lost = type(scan)(scan.points[kept], scan.pose)
-    support, _, missing = _shares(observe(lost, _STILL), claims)
+    support, _, missing = _shares(observe(lost), claims)
     assert support == 0
     assert missing > 0.4
 
 
 def test_far_away_a_missing_ray_tells_nothing(claims: Claims) -> None:
-    witness = observe(scan_of([], pose_at(-40.0, 0.0)), _STILL)
+    witness = observe(scan_of([], pose_at(-40.0, 0.0)))
     sky = type(witness.scan)(witness.scan.points[witness.scan.points[:, 0] < 0], witness.pose)
-    assert _shares(observe(sky, _STILL), claims)[2] == 0
+    assert _shares(observe(sky), claims)[2] == 0
 
 
 @pytest.mark.parametrize("error", [(0.4, 0.0), (0.0, 0.4), (-0.3, 0.3)])
@@ -105,15 +104,15 @@ def test_with_margins_for_noise_a_wrong_pose_does_not_contradict(
 
 
 def test_with_those_margins_a_ghost_is_still_seen_through(claims: Claims) -> None:
-    witness = observe(scan_of([], pose_at(0.3, 0.3)), _STILL)
+    witness = observe(scan_of([], pose_at(0.3, 0.3)))
     assert _shares(witness, claims, WitnessMargins())[1] > 0.6
 
 
 def test_what_moves_is_looked_for_where_it_is_by_then() -> None:
     velocity, sweep = (12.0, 0.0), RollingSweep(10.0, 0.2, 0.1)
     moving = {"velocity": velocity, "sweep": sweep}
-    first = observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2), time=0.0, **moving), sweep)
-    other = observe(scan_of([_BOX], pose_at(26.0, 6.0, -2.7), time=0.1, **moving), sweep)
+    first = observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2), time=0.0, **moving))
+    other = observe(scan_of([_BOX], pose_at(26.0, 6.0, -2.7), time=0.1, **moving))
     carried = claim(first, _REGION, np.array([velocity]))
     support, through, _ = _shares(other, carried)
     assert support > 0.5
@@ -128,8 +127,8 @@ def test_what_neither_tracks_may_have_moved_along_its_heading_or_across(speed: f
     # A thin plate across its way, which is 3 m on after 0.1 s: rays pass where it was.
     plate: Box = (11.8, 12.2, -1.0, 1.0, 0.0, 1.5)
     moving = {"velocity": (speed, 0.0)}
-    first = observe(scan_of([plate], pose_at(12.0, -12.0, np.pi / 2), **moving), _STILL)
-    other = observe(scan_of([plate], pose_at(12.0, 12.0, -np.pi / 2), time=0.1, **moving), _STILL)
+    first = observe(scan_of([plate], pose_at(12.0, -12.0, np.pi / 2), **moving))
+    other = observe(scan_of([plate], pose_at(12.0, 12.0, -np.pi / 2), time=0.1, **moving))
     region = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[0.5, 2.0, 1.5]]), np.zeros(1))
     claims = claim(first, region)
 
@@ -153,7 +152,7 @@ def test_what_neither_tracks_may_have_moved_along_its_heading_or_across(speed: f
     twice = Claims(np.arange(2), np.zeros((2, 2)), count, voxels)
     assert count_rays(other, twice, both, _EXACT).counts[0, 1] >= ACCUSING_RAYS
     # Nor is it excused if it is nowhere.
-    nothing = observe(scan_of([], other.pose, time=0.1), _STILL)
+    nothing = observe(scan_of([], other.pose, time=0.1))
     assert count_rays(nothing, claims, region, _EXACT).counts[0, 1] > 10
 
 
@@ -166,7 +165,7 @@ def test_rays_over_the_top_of_what_the_witness_sees_pass_through_nothing() -> No
     top = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(voxel)]), voxel)
 
     def through(box: list[Box], below: float) -> int:
-        witness = observe(scan_of([*box, house], pose_at(-4.0, 0.0)), _STILL)
+        witness = observe(scan_of([*box, house], pose_at(-4.0, 0.0)))
         margins = replace(_EXACT, below=below)
         return int((outcomes(witness, top, _REGION, margins) == THROUGH).sum())
 
@@ -177,15 +176,23 @@ def test_rays_over_the_top_of_what_the_witness_sees_pass_through_nothing() -> No
 
 
 def test_a_witness_far_away_says_nothing(claims: Claims) -> None:
-    witness = observe(scan_of([], pose_at(-30.0, 0.0)), _STILL)
+    witness = observe(scan_of([], pose_at(-30.0, 0.0)))
     assert _shares(witness, claims, replace(_EXACT, resolved=60.0))[1] > 0.05
     assert _shares(witness, claims, replace(_EXACT, resolved=35.0)).tolist() == [0, 0, 0]
+
+
+def test_a_witness_reports_nothing_of_where_it_stands_itself(claims: Claims) -> None:
+    near: Box = (10.0, 13.0, -1.0, 1.0, 0.0, 1.5)
+    inside = observe(scan_of([near], pose_at(14.0, 0.0, np.pi)))
+    assert _shares(inside, claims).tolist() == [0, 0, 0]
+    beside = observe(scan_of([near], pose_at(18.0, 0.0, np.pi)))
+    assert _shares(beside, claims)[0] > 0
 
 
 def test_a_vehicle_that_turns_while_it_looks_finds_things_where_they_are(claims: Claims) -> None:
     sweep = RollingSweep(20.0, 0.5, 0.1)
     for heading in (0.4, 2.5, -1.2):
         pose = pose_at(3.0, -6.0, heading)
-        support, through, _ = _shares(observe(scan_of([_BOX], pose, sweep=sweep), sweep), claims)
+        support, through, _ = _shares(observe(scan_of([_BOX], pose, sweep=sweep)), claims)
         assert support > 0.6
         assert through < 0.05

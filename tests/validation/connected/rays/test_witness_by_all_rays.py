@@ -16,7 +16,7 @@ from avsec_gym.validation.connected.rays.ray_outcomes import (
 )
 from avsec_gym.validation.connected.rays.witness import (
     WitnessMargins,
-    count_supported,
+    count_outcomes,
     outcomes,
 )
 from avsec_gym.validation.connected.regions import Regions
@@ -38,7 +38,7 @@ _MARGINS = WitnessMargins()
 
 def _claims() -> Claims:
     sweep = RollingSweep(4.0, 0.1, 0.1)
-    first = observe(scan_of(_BOXES, pose_at(13.0, -14.0, np.pi / 2), sweep=sweep), sweep)
+    first = observe(scan_of(_BOXES, pose_at(13.0, -14.0, np.pi / 2), sweep=sweep))
     claims = claim(first, _REGIONS, np.array([[8.0, 1.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]))
     assert len(claims) > 1
     return claims
@@ -48,19 +48,21 @@ def _witness(heading: float, speed: float, turn_rate: float) -> Observer:
     """It turns, looks later, and at some headings has all of it where its turns end."""
     sweep = RollingSweep(speed, turn_rate, 0.1)
     there = pose_at(25.0, 9.0, heading)
-    return observe(scan_of(_BOXES[1:], there, time=0.07, sweep=sweep), sweep)
+    return observe(scan_of(_BOXES[1:], there, time=0.07, sweep=sweep))
 
 
 def _judged(
     witness: Observer, claims: Claims, velocity: Floats, since: Floats, margins: WitnessMargins
 ) -> list[int]:
-    """Outcomes by their definition, without cells and without bounds of distances."""
-    image, sweep = witness.image, witness.sweep
+    """Outcomes by their definition, of the scan's points: no cells, and no bounds of distances."""
+    image, sweep = witness.image, witness.scan.sweep
+    x, y, z = witness.scan.points[:, :3].astype(float).T
+    azimuths, elevations = np.arctan2(y, x), np.arctan2(z - TIP, np.hypot(x, y))
+    distance = np.sqrt(x**2 + y**2 + (z - TIP) ** 2)
     # Where each ray ended, in the world.
-    when = image.azimuth.astype(float) * sweep.period / (2 * np.pi)
+    when = azimuths * sweep.period / (2 * np.pi)
     turn, ahead = sweep.turn_rate * when, sweep.speed * when
     chord = ahead * np.sinc(turn / 2 / np.pi)
-    x, y, z = image.end.astype(float).T
     at_scan = np.c_[
         np.cos(turn) * x - np.sin(turn) * y + chord * np.cos(turn / 2),
         np.sin(turn) * x + np.cos(turn) * y + chord * np.sin(turn / 2),
@@ -91,8 +93,8 @@ def _judged(
         around = np.sqrt(2) * margins.around_sigmas * margins.apart(away) + margins.around
         across = min(max(margins.reach, around / claimed), 0.1)
         rise = min(max(margins.reach, margins.around / claimed), 0.1)
-        left = (image.azimuth - azimuth + np.pi) % (2 * np.pi) - np.pi
-        left, above = left * np.cos(elevation), image.elevation - elevation
+        left = (azimuths - azimuth + np.pi) % (2 * np.pi) - np.pi
+        left, above = left * np.cos(elevation), elevations - elevation
         off = ends - centre - later * np.array([*velocity[c], 0.0])
         along = np.abs(np.cos(heading) * off[:, 0] + np.sin(heading) * off[:, 1])
         beside = np.abs(np.cos(heading) * off[:, 1] - np.sin(heading) * off[:, 0])
@@ -100,14 +102,14 @@ def _judged(
         in_box = (along < half[0]) & (beside < half[1])
         in_box &= (off[:, 2] > 0.7 * CLEARANCE) & (off[:, 2] < 2 * half[2])
         near = (left / across) ** 2 + (above / rise) ** 2 <= 1
-        beyond = image.distance > claimed + margins.beyond
+        beyond = distance > claimed + margins.beyond
         lower = (np.abs(left) <= across) & (above <= 0)
         lower &= above >= -min(margins.below / claimed, 0.5)
         if not near.any():
             found.append(OUTSIDE if claimed > margins.farthest else MISSING)
         elif (near & in_box).any():
             found.append(SUPPORT)
-        elif (image.distance[near] < claimed - margins.beyond).any():
+        elif (distance[near] < claimed - margins.beyond).any():
             found.append(OCCLUDED)
         elif not beyond[near].all() or (lower & in_box).any():
             found.append(NEAR)
@@ -128,24 +130,21 @@ def test_outcomes_are_those_of_all_rays(heading: float, speed: float, turn_rate:
 
 
 @pytest.mark.parametrize("heading", [-2.5, 0.6, 2.6])
-def test_supported_voxels_are_counted_up_to_what_is_needed(heading: float) -> None:
+def test_outcomes_are_counted_where_enough_support_is(heading: float) -> None:
     claims, witness = _claims(), _witness(heading, 20.0, 0.4)
     random = np.random.default_rng(3)
     velocities = random.uniform(-30.0, 30.0, (12, len(claims), 2))
     velocities[0] = 0.0
-    every = np.array(
-        [
-            np.bincount(
-                claims.of_voxels()[outcomes(witness, claims, _REGIONS, _MARGINS, each) == SUPPORT],
-                minlength=len(claims),
-            )
-            for each in velocities
-        ]
-    )
-    assert len(np.unique(every)) > 5
-    needed = np.sort(every, axis=0)[len(every) // 2]
-    counted = count_supported(witness, claims, _REGIONS, _MARGINS, velocities, needed)
-    assert counted.tolist() == np.where(every >= needed, every, 0).tolist()
-    none = np.zeros(len(claims), np.int64)
-    counted = count_supported(witness, claims, _REGIONS, _MARGINS, velocities, none)
+    every = np.zeros((*velocities.shape[:2], 3), np.int64)
+    for velocity, counts in zip(velocities, every, strict=True):
+        outcome = outcomes(witness, claims, _REGIONS, _MARGINS, velocity)
+        for kind, each in enumerate((SUPPORT, THROUGH, MISSING)):
+            voxels = claims.of_voxels()[outcome == each]
+            counts[:, kind] = np.bincount(voxels, minlength=len(claims))
+    supported = every[..., 0]
+    assert len(np.unique(supported)) > 5
+    needed = np.sort(supported, axis=0)[len(every) // 2]
+    counted = count_outcomes(witness, claims, _REGIONS, _MARGINS, velocities, needed)
+    assert counted.tolist() == np.where((supported >= needed)[..., None], every, 0).tolist()
+    counted = count_outcomes(witness, claims, _REGIONS, _MARGINS, velocities)
     assert counted.tolist() == every.tolist()

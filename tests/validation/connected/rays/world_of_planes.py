@@ -74,7 +74,8 @@ def scan_of(
         lost = np.minimum(lost, _meets(moved, rays, box))
     seen = (far < 80.0) & (lost > far)
     points = far[seen, None] * own[seen] + [0, 0, TIP]
-    return VehicleScan(np.c_[points, np.full(len(points), 0.5)].astype(np.float32), pose, time)
+    scan = np.c_[points, np.full(len(points), 0.5)].astype(np.float32)
+    return VehicleScan(scan, pose, time, sweep)
 
 
 def _meets(origins: Floats, rays: Floats, box: Box) -> Floats:

@@ -1,0 +1,171 @@
+"""In which voxels of regions the rays of a scan end, as a kernel."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
+from avsec_gym.validation.connected.rays.range_image import (
+    RangeImage,
+    cells_between,
+    rows_of_view,
+    run_of_rays,
+)
+from avsec_gym.validation.connected.sweep import TIP, through, when_faced
+
+VOXEL = 0.2
+"""Edge of the voxels, metres."""
+_ROUNDING = 0.01
+"""Metres by which places may differ that are computed in single precision."""
+
+
+@kernel(nogil=True)
+def voxels_in_boxes(
+    image: RangeImage,
+    pose: Floats,
+    to_sensor: Floats,
+    motion: tuple[float, float, float],
+    age: float,
+    velocity: Floats,
+    centre: Floats,
+    ahead: Floats,
+    half: Floats,
+    shape: NDArray[np.int64],
+    floor: float,
+) -> NDArray[np.int64]:
+    """The box and the flat voxel of it in which each ray ends that ends in one of R upright boxes.
+
+    Args:
+        image: The vehicle's rays.
+        pose: The transform from its velodyne frame to the world, shape (4, 4).
+        to_sensor: Its inverse.
+        motion: The vehicle's speed, turn rate, and the period of its head.
+        age: Seconds from when the boxes are at their places to the scan.
+        velocity: The velocities of the boxes along the world's x and y, shape (R, 2).
+        centre: Bottom centres of the boxes in the world, shape (R, 3).
+        ahead: Cosines and sines of their headings, shape (R, 2).
+        half: Half of their lengths, widths and heights, shape (R, 3).
+        shape: Numbers of voxels along their sides, shape (R, 3).
+        floor: Height above their bottoms up to which returns may be the ground's.
+
+    Returns:
+        Shape (2, E), the boxes rising.
+    """
+    period = motion[2]
+    found, count = np.empty((2, 1024), np.int64), 0
+    for b in range(len(centre)):
+        from_row, to_row, from_column, to_column, nearest, farthest = _cells_of_box(
+            image, to_sensor, motion, age, velocity[b], centre[b], half[b], floor
+        )
+        for row in range(from_row, to_row):
+            for run in range(2):
+                begin, end = run_of_rays(image, row, from_column, to_column, run)
+                for i in range(begin, end):
+                    if not nearest < image.distance[i] < farthest:
+                        continue
+                    # Where it ends as seen from the box, where that was when the ray was sent.
+                    later = age + image.azimuth[i] * period / (2.0 * np.pi)
+                    x, y, z = through(pose, image.end[i, 0], image.end[i, 1], image.end[i, 2])
+                    x -= centre[b, 0] + later * velocity[b, 0]
+                    y -= centre[b, 1] + later * velocity[b, 1]
+                    up = z - centre[b, 2]
+                    along = half[b, 0] + ahead[b, 0] * x + ahead[b, 1] * y
+                    across = half[b, 1] + ahead[b, 0] * y - ahead[b, 1] * x
+                    if (
+                        0.0 < along < 2.0 * half[b, 0]
+                        and 0.0 < across < 2.0 * half[b, 1]
+                        and floor < up < 2.0 * half[b, 2]
+                    ):
+                        if count == found.shape[1]:
+                            found = np.concatenate((found, np.empty_like(found)), axis=1)
+                        row_of_voxels = min(int(along / VOXEL), shape[b, 0] - 1) * shape[b, 1]
+                        row_of_voxels += min(int(across / VOXEL), shape[b, 1] - 1)
+                        found[0, count] = b
+                        found[1, count] = row_of_voxels * shape[b, 2]
+                        found[1, count] += min(int(up / VOXEL), shape[b, 2] - 1)
+                        count += 1
+    return found[:, :count]
+
+
+@kernel(nogil=True)
+def fill_places(
+    count: NDArray[np.int64],
+    voxel: NDArray[np.int64],
+    centre: Floats,
+    ahead: Floats,
+    half: Floats,
+    shape: NDArray[np.int64],
+    places: Floats,
+) -> None:
+    """Fills in the centres of voxels in the world, box by box.
+
+    Args:
+        count: Numbers of voxels of the boxes, shape (C,).
+        voxel: Flat voxels of the first box, of the second, and so on, shape (V,).
+        centre: As of `voxels_in_boxes`, shape (C, 3).
+        ahead: As of `voxels_in_boxes`, shape (C, 2).
+        half: As of `voxels_in_boxes`, shape (C, 3).
+        shape: As of `voxels_in_boxes`, shape (C, 3).
+        places: Takes the centres, shape (V, 3).
+    """
+    v = 0
+    for c in range(len(count)):
+        cos, sin = ahead[c]
+        for _ in range(count[c]):
+            row, up = voxel[v] // shape[c, 2], voxel[v] % shape[c, 2]
+            x = VOXEL * (row // shape[c, 1] + 0.5) - half[c, 0]
+            y = VOXEL * (row % shape[c, 1] + 0.5) - half[c, 1]
+            places[v, 0] = centre[c, 0] + cos * x - sin * y
+            places[v, 1] = centre[c, 1] + sin * x + cos * y
+            places[v, 2] = centre[c, 2] + VOXEL * (up + 0.5)
+            v += 1
+
+
+@kernel(nogil=True)
+def _cells_of_box(
+    image: RangeImage,
+    to_sensor: Floats,
+    motion: tuple[float, float, float],
+    age: float,
+    velocity: Floats,
+    centre: Floats,
+    half: Floats,
+    floor: float,
+) -> tuple[int, int, int, int, float, float]:
+    """The cells, as of `cells_between`, and the distances of rays that can end in a moving box."""
+    speed, turn_rate, period = motion
+    x, y, z, azimuth, _, time, doubt = when_faced(to_sensor, motion, age, centre, velocity)
+    away, lean = np.hypot(x, y), np.hypot(to_sensor[2, 0], to_sensor[2, 1])
+    fast = abs(speed) + np.hypot(velocity[0], velocity[1])
+    # Rays that end in it are sent at other times than that at which the head faces its middle: by
+    # less, the fewer directions it fills, unless the head's turn ends there.  Seen from a sensor
+    # that leans, the top stands beside the bottom.
+    off, radius, side = period / 2.0 + abs(time), 0.0, 0.0
+    for _ in range(3):
+        radius = np.hypot(half[0], half[1]) + 2.0 * half[2] * lean + fast * off + _ROUNDING
+        side = np.pi if away <= radius else np.arcsin(radius / away) + abs(turn_rate) * off
+        if abs(azimuth) + side >= np.pi:
+            break
+        off = min(side * period / (2.0 * np.pi) + 2.0 * doubt, off)
+    # How far up and down it reaches.
+    bottom, top = floor * to_sensor[2, 2], 2.0 * half[2] * to_sensor[2, 2]
+    low = z - TIP + min(bottom, top) - radius * lean - _ROUNDING
+    high = z - TIP + max(bottom, top) + radius * lean + _ROUNDING
+    near, far = max(away - radius, 0.0), away + radius
+    from_row, to_row, from_column, to_column = cells_between(
+        azimuth - side,
+        azimuth + side,
+        np.arctan2(low, near if low < 0.0 else far),
+        np.arctan2(high, near if high > 0.0 else far),
+    )
+    from_view, to_view = rows_of_view(image)
+    return (
+        max(from_row, from_view),
+        min(to_row, to_view),
+        from_column,
+        to_column,
+        np.hypot(near, max(low, -high, 0.0)),
+        np.hypot(far, max(-low, high)),
+    )
