@@ -53,40 +53,66 @@ def voxels_in_boxes(
     Returns:
         Shape (2, E), the boxes rising.
     """
-    period = motion[2]
+    period, azimuth, ends = motion[2], image.azimuth, image.end
+    rays = np.empty(len(azimuth), np.int64)
     found, count = np.empty((2, 1024), np.int64), 0
     for b in range(len(centre)):
-        from_row, to_row, from_column, to_column, nearest, farthest = _cells_of_box(
-            image, to_sensor, motion, age, velocity[b], centre[b], half[b], floor
-        )
-        for row in range(from_row, to_row):
-            for run in range(2):
-                begin, end = run_of_rays(image, row, from_column, to_column, run)
-                for i in range(begin, end):
-                    if not nearest < image.distance[i] < farthest:
-                        continue
-                    # Where it ends as seen from the box, where that was when the ray was sent.
-                    later = age + image.azimuth[i] * period / (2.0 * np.pi)
-                    x, y, z = through(pose, image.end[i, 0], image.end[i, 1], image.end[i, 2])
-                    x -= centre[b, 0] + later * velocity[b, 0]
-                    y -= centre[b, 1] + later * velocity[b, 1]
-                    up = z - centre[b, 2]
-                    along = half[b, 0] + ahead[b, 0] * x + ahead[b, 1] * y
-                    across = half[b, 1] + ahead[b, 0] * y - ahead[b, 1] * x
-                    if (
-                        0.0 < along < 2.0 * half[b, 0]
-                        and 0.0 < across < 2.0 * half[b, 1]
-                        and floor < up < 2.0 * half[b, 2]
-                    ):
-                        if count == found.shape[1]:
-                            found = np.concatenate((found, np.empty_like(found)), axis=1)
-                        row_of_voxels = min(int(along / VOXEL), shape[b, 0] - 1) * shape[b, 1]
-                        row_of_voxels += min(int(across / VOXEL), shape[b, 1] - 1)
-                        found[0, count] = b
-                        found[1, count] = row_of_voxels * shape[b, 2]
-                        found[1, count] += min(int(up / VOXEL), shape[b, 2] - 1)
-                        count += 1
+        cells = _cells_of_box(image, to_sensor, motion, age, velocity[b], centre[b], half[b], floor)
+        low, high = centre[b, 2] + floor, centre[b, 2] + 2.0 * half[b, 2]
+        near = _rays_between(image, cells, pose[2], low, high, rays)
+        while count + near > found.shape[1]:
+            found = np.concatenate((found, np.empty_like(found)), axis=1)
+        for i in rays[:near]:
+            # Where it ends as seen from the box, where that was when the ray was sent.
+            later = age + azimuth[i] * period / (2.0 * np.pi)
+            x, y, z = through(pose, ends[i, 0], ends[i, 1], ends[i, 2])
+            x -= centre[b, 0] + later * velocity[b, 0]
+            y -= centre[b, 1] + later * velocity[b, 1]
+            along = half[b, 0] + ahead[b, 0] * x + ahead[b, 1] * y
+            across = half[b, 1] + ahead[b, 0] * y - ahead[b, 1] * x
+            if 0.0 < along < 2.0 * half[b, 0] and 0.0 < across < 2.0 * half[b, 1]:
+                voxel = min(int(along / VOXEL), shape[b, 0] - 1) * shape[b, 1]
+                voxel += min(int(across / VOXEL), shape[b, 1] - 1)
+                voxel *= shape[b, 2]
+                voxel += min(int((z - centre[b, 2]) / VOXEL), shape[b, 2] - 1)
+                found[0, count], found[1, count] = b, voxel
+                count += 1
     return found[:, :count]
+
+
+@kernel(nogil=True)
+def _rays_between(
+    image: RangeImage,
+    cells: tuple[int, int, int, int, float, float],
+    upward: Floats,
+    low: float,
+    high: float,
+    rays: NDArray[np.int64],
+) -> int:
+    """Fills in the rays of some cells that end at some distances and heights; how many they are.
+
+    Args:
+        image: The vehicle's rays.
+        cells: Cells and distances, as of `_cells_of_box`.
+        upward: Row of the vehicle's pose that gives heights in the world, shape (4,).
+        low: Height in the world above which they end, metres.
+        high: Height below which they do, metres.
+        rays: Takes their indices.
+    """
+    # A short loop over arrays that are bound outside of it: most rays are looked at here.
+    distance, ends, count = image.distance, image.end, 0
+    from_row, to_row, from_column, to_column, nearest, farthest = cells
+    for row in range(from_row, to_row):
+        for run in range(2):
+            begin, end = run_of_rays(image, row, from_column, to_column, run)
+            for i in range(begin, end):
+                if not nearest < distance[i] < farthest:
+                    continue
+                z = upward[0] * ends[i, 0] + upward[1] * ends[i, 1] + upward[2] * ends[i, 2]
+                if low < z + upward[3] < high:
+                    rays[count] = i
+                    count += 1
+    return count
 
 
 @kernel(nogil=True)

@@ -164,12 +164,18 @@ def run_of_rays(
 
 @kernel(nogil=True)
 def angles_between(
-    image: RangeImage, ray: int, azimuth: float, elevation: float
+    ray: tuple[float, float], azimuth: float, elevation: float
 ) -> tuple[float, float]:
-    """By how much a ray points to the left of a direction and above it, radians."""
-    left = image.azimuth[ray] - azimuth
+    """By how much a ray points to the left of a direction and above it, radians.
+
+    Args:
+        ray: Azimuth and elevation of the ray, radians.
+        azimuth: Azimuth of the direction, radians.
+        elevation: Elevation of the direction, radians.
+    """
+    left = ray[0] - azimuth
     left -= 2.0 * np.pi * np.round(left / (2.0 * np.pi))
-    return left * np.cos(elevation), image.elevation[ray] - elevation
+    return left * np.cos(elevation), ray[1] - elevation
 
 
 @kernel(nogil=True)

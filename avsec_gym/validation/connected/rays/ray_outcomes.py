@@ -12,6 +12,7 @@ from avsec_gym.kernels import kernel
 from avsec_gym.validation.connected.rays.claims import CLEARANCE
 from avsec_gym.validation.connected.rays.range_image import (
     RangeImage,
+    Singles,
     angles_between,
     cells_around,
     run_of_rays,
@@ -112,6 +113,9 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
     looked for.
     """
     image, motion, half = look.image, look.motion, look.half[c]
+    # Bound outside of the loops: to take an array out of a tuple costs more than to look at a ray.
+    azimuths, elevations, distances = image.azimuth, image.elevation, image.distance
+    ends, pose = image.end, look.pose
     # The ray in its direction.
     x, y, z, azimuth, later, time, doubt = when_faced(
         look.to_sensor, motion, look.age[c], look.places[v], velocity
@@ -144,14 +148,14 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
         for run in range(2):
             begin, end = run_of_rays(image, row, from_column, to_column, run)
             for i in range(begin, end):
-                distance = image.distance[i]
+                distance = distances[i]
                 in_box = nearest < distance < deepest
                 if only_support and not in_box:
                     continue
-                left, above = angles_between(image, i, azimuth, elevation)
+                left, above = angles_between((azimuths[i], elevations[i]), azimuth, elevation)
                 if (left / across) ** 2 + (above / rise) ** 2 > 1.0:
                     continue
-                if in_box and _ends_in_box(image, i, look.pose, box, half):
+                if in_box and _ends_in_box(ends[i], pose, box, half):
                     return SUPPORT
                 if distance < claimed - look.beyond:
                     found = OCCLUDED
@@ -169,12 +173,12 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
         for run in range(2):
             begin, end = run_of_rays(image, row, from_column, to_column, run)
             for i in range(begin, end):
-                if not nearest < image.distance[i] < deepest:
+                if not nearest < distances[i] < deepest:
                     continue
-                left, above = angles_between(image, i, azimuth, middle)
+                left, above = angles_between((azimuths[i], elevations[i]), azimuth, middle)
                 if abs(left) > across or abs(above) > lower:
                     continue
-                if _ends_in_box(image, i, look.pose, box, half):
+                if _ends_in_box(ends[i], pose, box, half):
                     return NEAR
     return THROUGH
 
@@ -209,8 +213,7 @@ def _distances_of_box(
 
 @kernel(nogil=True)
 def _ends_in_box(
-    image: RangeImage,
-    ray: int,
+    end: Singles,
     pose: Floats,
     box: tuple[float, float, float, float, float],
     half: Floats,
@@ -218,15 +221,14 @@ def _ends_in_box(
     """Whether a ray ends in an upright box, above what may be the ground.
 
     Args:
-        image: The witness' rays.
-        ray: Index of the ray.
+        end: Where the ray ends in the witness' velodyne frame, shape (3,).
         pose: The transform from the witness' velodyne frame to the world, shape (4, 4).
         box: The world's x, y and z of the bottom's middle when the ray was sent, cosine and sine of
             the heading.
         half: Half of the box's length, width, height, shape (3,).
     """
     east, north, up, cos, sin = box
-    x, y, z = through(pose, image.end[ray, 0], image.end[ray, 1], image.end[ray, 2])
+    x, y, z = through(pose, end[0], end[1], end[2])
     x, y, z = x - east, y - north, z - up
     along, across = abs(cos * x + sin * y), abs(cos * y - sin * x)
     return along < half[0] and across < half[1] and 0.7 * CLEARANCE < z < 2.0 * half[2]

@@ -40,11 +40,11 @@ def _image_of(cloud: np.ndarray) -> RangeImage:
 def _near(image: RangeImage, azimuth: float, elevation: float, reach: float) -> set[int]:
     """The rays of the image within an angle of a direction, found by way of its cells."""
     low, high, right, left = cells_around(azimuth, elevation, reach, reach)
-    found = set()
+    directions, found = list(zip(image.azimuth, image.elevation, strict=True)), set()
     for row in range(low, high):
         for run in range(2):
             for ray in range(*run_of_rays(image, row, right, left, run)):
-                if np.hypot(*angles_between(image, ray, azimuth, elevation)) < reach:
+                if np.hypot(*angles_between(directions[ray], azimuth, elevation)) < reach:
                     found.add(ray)
     return found
 
