@@ -199,10 +199,10 @@ def _directions(
         left = np.float32(_angle(float(y[i]), float(x[i])))
         above = np.float32(_angle(float(up), float(np.sqrt(flat))))
         azimuth[i], elevation[i], distance[i] = left, above, far
-        column, row = np.int32((left + np.pi) / _CELL), np.int32((above - _LOWEST) / _CELL)
-        column, row = column if column < _COLUMNS else 0, min(max(row, 0), _ROWS - 1)
+        column = np.int32((left + np.pi) / _CELL)
+        row = np.int32(min(max(float((above - _LOWEST) / _CELL), 0.0), _ROWS - 0.5))
         is_ray = (far > _NEAREST) & (far < np.inf)
-        cell[i] = row * _COLUMNS + column if is_ray else -1
+        cell[i] = row * _COLUMNS + (column if column < _COLUMNS else 0) if is_ray else -1
 
 
 @kernel(inline="always")
