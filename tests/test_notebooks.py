@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +48,11 @@ def test_their_links_lead_somewhere(path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_they_run(path: Path, tmp_path: Path) -> None:
+def test_they_run(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # In an environment that is not activated: its commands are not on the path.
+    own = Path(sys.executable).parent
+    folders = [each for each in os.environ["PATH"].split(os.pathsep) if Path(each) != own]
+    monkeypatch.setenv("PATH", os.pathsep.join(folders))
     notebook = read(path)
     [parameters] = [c for c in notebook.cells if "parameters" in c.metadata.get("tags", [])]
     for name, value in SHORT[path.stem].items():

@@ -154,7 +154,7 @@ def test_directional_derivatives_agree_with_finite_differences(make: Make, paint
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("make", "steps"), [(_faster_rcnn, 120), (_yolo, 60)])
+@pytest.mark.parametrize(("make", "steps"), [(_faster_rcnn, 200), (_yolo, 60)])
 def test_two_pictures_can_be_learned_by_heart(make: Make, steps: int, painted: Any) -> None:
     detector = make()
     images, truth = painted(1, 2)
