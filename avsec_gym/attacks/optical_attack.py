@@ -69,7 +69,7 @@ class OpticalAttack(Protocol):
 
 
 def check_attacked(attack: Any, there: Collection[Sensor], where: str) -> None:
-    """Refuse an optical attack on sensors that are not there; other attacks pass.
+    """Refuse an optical attack on sensors that are not there; attacks of other kinds pass.
 
     Args:
         attack: A live attack of any kind; None: no attack.
@@ -79,11 +79,28 @@ def check_attacked(attack: Any, there: Collection[Sensor], where: str) -> None:
     Raises:
         ConfigurationError: The attack is one on another sensor, too.
     """
-    if not isinstance(attack, OpticalAttack) or attack.sensors <= set(there):
-        return
-    lacking = " and ".join(sorted(map(sensor_name, attack.sensors - set(there))))
-    known = ", ".join(sorted(map(sensor_name, there))) or "no sensor"
-    raise ConfigurationError(
-        f"the attack {attack.name!r} is one on {lacking}, but {where} have {known}: attack one of "
-        "these"
-    )
+    if isinstance(attack, OpticalAttack):
+        check_there(f"the attack {attack.name!r}", attack.sensors, there, where)
+
+
+def check_there(
+    attack: str, attacked: frozenset[Sensor], there: Collection[Sensor], where: str
+) -> None:
+    """Refuse an attack on sensors that are not there.
+
+    Args:
+        attack: What errors call it.
+        attacked: The sensors that it tampers with.
+        there: The sensors that there are.
+        where: What has them, such as ``the scenes``.
+
+    Raises:
+        ConfigurationError: It tampers with another sensor, too.
+    """
+    lacking = attacked - set(there)
+    if lacking:
+        named = " and ".join(sorted(map(sensor_name, lacking)))
+        known = ", ".join(sorted(map(sensor_name, there))) or "no sensor"
+        raise ConfigurationError(
+            f"{attack} is one on {named}, but {where} have {known}: attack one of these"
+        )

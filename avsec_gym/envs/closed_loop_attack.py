@@ -325,16 +325,16 @@ def _checked(perception: Any, parts: Parts, attack: DriveAttack) -> Callable[[],
     """
     level = perception.get("name") if isinstance(perception, Mapping) else perception
     level = level if isinstance(level, str) else None
-    if attack.needs_sensors and level in (TRUTH, BLIND, ERROR_MODEL):
+    if attack.sensors and level in (TRUTH, BLIND, ERROR_MODEL):
         raise ConfigurationError(
             f'this attack tampers with sensor data, which perception="{level}" does not read: '
             f'give perception="{SENSORS}" and scenarios="{DRIVES}"'
         )
-    if not attack.needs_sensors and level in SENSING:
+    if not attack.sensors and level in SENSING:
         raise ConfigurationError(
             f'this attack changes what the car believes, and perception="{level}" finds that in '
             f'sensor data: give perception="{TRUTH}" or an error model, or kind="facula"'
         )
     made, _ = perception_of(perception, parts)
-    check_sensing(perception, parts)
+    check_sensing(perception, parts, attack.sensors)
     return made if callable(made) else lambda: made

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.argument_checks import one_of
-from avsec_gym.attacks.optical_attack import check_attacked
+from avsec_gym.attacks.optical_attack import check_attacked, check_there
 from avsec_gym.closed_loop.error_model.model import ErrorModel
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.light.beliefs import LightBlindness, LightPerception, LightTruth
@@ -36,6 +36,7 @@ from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import LAYOUTS
+from avsec_gym.sensor_system import Sensor
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
@@ -159,12 +160,13 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
     return sensors, planner
 
 
-def check_sensing(perception: Any, parts: Parts) -> None:
+def check_sensing(perception: Any, parts: Parts, attacked: frozenset[Sensor] = frozenset()) -> None:
     """Refuse to read sensors that the scenes do not have, and to attack those that are not read.
 
     Args:
         perception: A level, or a live `DrivePerception`, which is left to itself.
         parts: The parts of the car, as `perception_of` accepts them.
+        attacked: The sensors that an agent's attack tampers with, beside that of the parts.
 
     Raises:
         ConfigurationError: Its drives could never begin.
@@ -181,7 +183,9 @@ def check_sensing(perception: Any, parts: Parts) -> None:
             f'perception="{level}" reads sensor data, which these scenes do not have: give'
             f' scenarios="{DRIVES}", or perception="{TRUTH}"'
         )
-    check_attacked(parts.attack, _needs(level, parts).sensors, f'drives with perception="{level}"')
+    read, where = _needs(level, parts).sensors, f'drives with perception="{level}"'
+    check_attacked(parts.attack, read, where)
+    check_there("the agent's attack", attacked, read, where)
 
 
 def _refuse_unasked(parts: Parts, perception: str) -> None:

@@ -163,6 +163,16 @@ def test_an_attack_on_what_a_level_does_not_read_is_refused(
     gym.make("avsec/ClosedLoop-v0", attack=attack, validator=table, **drive)
 
 
+@pytest.mark.parametrize(
+    ("level", "kind", "lacks"), [("lidar", "facula", "camera"), ("stereo", "spoofed_scan", "lidar")]
+)
+def test_an_agent_that_attacks_what_a_level_does_not_read_is_refused(
+    level: str, kind: str, lacks: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=f"is one on {lacks}.*, but drives"):
+        gym.make("avsec/ClosedLoopAttack-v0", scenarios="drives", perception=level, kind=kind)
+
+
 @pytest.mark.parametrize("level", ["sensors", "lidar", "stereo"])
 def test_sensors_are_read_only_where_scenes_have_some(level: str) -> None:
     with pytest.raises(ConfigurationError, match="sensor data, which these scenes do not have"):

@@ -43,7 +43,7 @@ class AttackedPerception:
         """What the car believes under the attack."""
         self.around = seen = surroundings
         read = surroundings.frame
-        if read is not None and self._attack.needs_sensors:
+        if read is not None and self._attack.sensors:
             seen = replace(seen, frame=lambda: self._attack.tampered(read(), surroundings))
         perception = self.unattacked.perceive(seen)
         self.alarm = perception.validation is not None and perception.validation.alarm

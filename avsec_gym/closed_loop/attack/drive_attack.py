@@ -10,6 +10,7 @@ from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.pipeline import Perception
+from avsec_gym.sensor_system import Sensor
 
 
 class DriveAttack(ABC):
@@ -24,9 +25,9 @@ class DriveAttack(ABC):
     """Numbers of an action."""
     state_size: int
     """Numbers of `state`."""
-    needs_sensors = False
-    """Whether it tampers with sensor data, which only a car that looks through its sensors reads;
-    others change what the car believes."""
+    sensors: frozenset[Sensor] = frozenset()
+    """The sensors whose data it tampers with, which only a car that reads them is harmed by; empty
+    for one that changes what the car believes."""
 
     @abstractmethod
     def begin(self) -> None:

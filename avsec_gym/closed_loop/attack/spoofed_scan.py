@@ -14,6 +14,7 @@ from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, ego_to_camera, transform_points
 from avsec_gym.rig import SensorRig
+from avsec_gym.sensor_system import LIDAR
 
 _FARTHEST = 50.0
 _NEAREST = 1.0
@@ -38,7 +39,7 @@ class SpoofedScan(DriveAttack):
         ConfigurationError: A number is out of range.
     """
 
-    action_size, state_size, needs_sensors = 5, 5, True
+    action_size, state_size, sensors = 5, 5, frozenset({LIDAR})
 
     def __init__(
         self,

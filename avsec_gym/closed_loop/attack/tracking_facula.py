@@ -38,7 +38,7 @@ class TrackingFacula(DriveAttack):
         ConfigurationError: A number is out of range.
     """
 
-    action_size, state_size, needs_sensors = _NUMBERS, 5, True
+    action_size, state_size, sensors = _NUMBERS, 5, frozenset({LEFT, RIGHT})
 
     def __init__(
         self,
