@@ -164,7 +164,8 @@ def test_an_attack_on_what_a_level_does_not_read_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("level", "kind", "lacks"), [("lidar", "facula", "camera"), ("stereo", "spoofed_scan", "lidar")]
+    ("level", "kind", "lacks"),
+    [("lidar", "facula", "camera"), ("stereo", "spoofed_scan", "the LiDAR")],
 )
 def test_an_agent_that_attacks_what_a_level_does_not_read_is_refused(
     level: str, kind: str, lacks: str
