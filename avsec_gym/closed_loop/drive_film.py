@@ -127,7 +127,8 @@ _FORMS = {
 }
 """Kind and shape of each array; a letter is the same number everywhere."""
 _FARTHEST = 1e5
-"""Metres from the car's start to anything in its film, at most; drives take seconds."""
+"""Metres from the car's start to anything in its film, at most; drives take seconds.  No speed,
+angle or size is larger, either."""
 _LONGEST_STEP = 10.0
 _HARDEST_BRAKING = 1000.0
 """m/s2, either way: a hundred times what tyres can."""
@@ -159,6 +160,12 @@ def _problem(arrays: Mapping[str, NDArray[Any]]) -> str | None:
         return "it brakes as no car can"
     if times[0] < 0 or not ((np.diff(times) > 0) & (np.diff(times) <= _LONGEST_STEP)).all():
         return "its times are not one after the other"
+    for name, (kind, _) in _FORMS.items():
+        others = arrays[name][..., 2:] if name in _PLACES else arrays[name]
+        if kind == "f" and (np.abs(others) > _FARTHEST).any():
+            return f"{name} holds a number that no drive has"
+    if (arrays["sizes"] < 0).any() or (arrays["believed"][:, 3:] < 0).any():
+        return "something is smaller than nothing"
     bounds = arrays["bound_of"]
     sides = np.unique(bounds)
     if len(sides) % 2 or not np.array_equal(sides, np.arange(len(sides))):

@@ -119,7 +119,17 @@ def test_each_array_is_of_its_kind_and_shape(
         ),
         ("bounds", (1, 0), 1e300, "farther away"),
         ("poses", (2, 0, 1), -1e6, "farther away"),
-        ("braking", 2, 1e30, "no car can"),
+        *(
+            (each, -1, value, "no drive has|farther away|no car can|one after the other")
+            for each in ("times", "car", "braking", "ways", "sizes", "poses", "believed", "goal")
+            for value in (1e30, -1e30)
+        ),
+        *(("car", (0, each), 1e30, "no drive has") for each in (2, 3, 4)),
+        ("poses", (2, 0, 2), -1e30, "no drive has"),
+        *(("believed", (0, each), 1e30, "no drive has") for each in (2, 3, 4)),
+        ("sizes", (0, 1), -0.1, "smaller than nothing"),
+        ("believed", (0, 3), -0.1, "smaller than nothing"),
+        ("braking", 2, 2e3, "no car can"),
         ("times", 3, 0.1, "one after the other"),
         ("times", 20, 1e9, "one after the other"),
         ("times", 0, -1.0, "one after the other"),
