@@ -136,7 +136,7 @@ class Worker:
     def how_it_ended(self) -> str:
         """Such as ``was killed by signal 9 (Killed)``; of one that is dying, or else is killed."""
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_SECONDS_BETWEEN_LOOKS)
+            self._process.wait(_SECONDS_TO_LEAVE)
         self.dismiss(at_once=True)
         self.join()
         code = self._process.returncode

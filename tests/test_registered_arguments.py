@@ -43,7 +43,7 @@ USUAL: dict[str, dict[str, Any]] = {
     "optical_attack thesis": {"sensors": (2, "lidar")},
 }
 """What parts cannot be made without."""
-FILES = ("weights", "detections", "thresholds", "model", "scan", "patch")
+FILES = ("weights", "detections", "thresholds", "model", "scan", "patch", "constants")
 """Arguments whose texts are taken for names of files, and may be missing."""
 
 

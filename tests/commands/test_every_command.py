@@ -292,6 +292,8 @@ PLACES: dict[str, dict[str, str]] = {
     "run": {"--scenarios": "unattacked --out {out}"},
     "report": {"": ""},
     "benchmark board": {"": ""},
+    "benchmark detector": {"--error-model": "oracle --out {out}"},
+    "benchmark attack": {"--error-model": "fgsm --out {out}"},
     "plan": {"": "", "--primitives": "{problem}"},
     "drive": {"--scenarios": "--out {out}", "--error-model": "--out {out}"},
     "draw": {

@@ -9,8 +9,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import number, place
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
+from avsec_gym.validation.connected.fit import SHIPPED_FIT, ConnectedFit, read_connected_fit
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -65,11 +66,11 @@ def rays_validator(
         alarms: Share of attack-free instants that may alarm.
 
     Raises:
-        ConfigurationError: No such share.
+        ConfigurationError: No such share, or no name of a file.
         DataError: The file is missing or damaged.
     """
-    fit = read_connected_fit(constants or SHIPPED_FIT)
-    return ConnectedValidator(fit.constants(alarms=alarms), "rays")
+    fit = _fit_in(constants)
+    return ConnectedValidator(fit.constants(alarms=number("alarms", alarms, 0.0, 1.0)), "rays")
 
 
 def surfaces_validator(
@@ -82,8 +83,13 @@ def surfaces_validator(
         rate: Designated false positive rate r of distances.
 
     Raises:
-        ConfigurationError: No such share.
+        ConfigurationError: No such share, or no name of a file.
         DataError: The file is missing or damaged.
     """
-    fit = read_connected_fit(constants or SHIPPED_FIT)
-    return ConnectedValidator(fit.constants(rate=rate), "surfaces")
+    fit = _fit_in(constants)
+    return ConnectedValidator(fit.constants(rate=number("rate", rate, 0.0, 1.0)), "surfaces")
+
+
+def _fit_in(constants: str | Path | None) -> ConnectedFit:
+    """The constants in a file; None: the package's own."""
+    return read_connected_fit(SHIPPED_FIT if constants is None else place("constants", constants))
