@@ -68,7 +68,8 @@ class DetectionTask(StereoTask, Generic[Detector]):
         augmentation: Augmentation,
         data: dict[str, Any],
     ) -> None:
-        super().__init__(training, validation, augmentation, data)
+        targets = getattr(detector, "target_maker", None)
+        super().__init__(training, validation, augmentation, data, targets)
         self.name = detector.name
         self.network: nn.Module = detector.network.requires_grad_(True)
         self.trained = self.network

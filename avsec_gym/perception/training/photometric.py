@@ -18,7 +18,7 @@ _NOISE_VALUES = 1 << 20
 def relit(
     sample: StereoSample, limits: Photometric, randomness: np.random.Generator
 ) -> StereoSample:
-    """A sample with other light; images become float32 in 0..255.
+    """A sample with other light; images stay in whole grey levels, as cameras deliver them.
 
     Args:
         sample: Images are uint8.
@@ -48,8 +48,8 @@ def relit(
     return replace(sample, left=left, right=right)
 
 
-def _without_colours(image: Map) -> Map:
-    return np.repeat(image.mean(axis=2, keepdims=True), 3, axis=2)
+def _without_colours(image: Pixels) -> Pixels:
+    return np.repeat(np.rint(image.mean(axis=2, keepdims=True)).astype(np.uint8), 3, axis=2)
 
 
 def _view(
@@ -58,7 +58,7 @@ def _view(
     mean: float,
     deviation: float,
     randomness: np.random.Generator,
-) -> Map:
+) -> Pixels:
     import cv2
 
     brightness, contrast, gamma, saturation = np.exp(change[:4])
@@ -72,7 +72,7 @@ def _view(
         start = int(randomness.integers(_NOISE_VALUES))
         noise = _noise(result.size)[start : start + result.size]
         result += np.float32(deviation) * noise.reshape(result.shape)
-    return np.clip(result, 0.0, 255.0, out=result)
+    return np.rint(np.clip(result, 0.0, 255.0, out=result), out=result).astype(np.uint8)
 
 
 @functools.cache

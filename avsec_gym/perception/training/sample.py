@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -14,7 +15,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.stereo_batch import StereoBatch
 
-Pixels = NDArray[np.uint8] | NDArray[np.float32]
+Pixels = NDArray[np.uint8]
 """Shape (H, W, 3), red, green, blue in grey levels."""
 Map = NDArray[np.float32]
 """Shape (H, W): disparities in pixels of this size, 0 where unknown."""
@@ -56,29 +57,72 @@ class StereoSampleBatch:
         stereo: B pairs; `size` is that of their own pixels.
         truth: The objects of each.
         disparity: The disparities of the left images, shape (B, H, W), 0 where unknown.
+        targets: What a detector makes of the objects alone, if that is prepared, too.
     """
 
     stereo: StereoBatch
     truth: tuple[Boxes3D, ...]
     disparity: Tensor
+    targets: Any = None
 
     def to(self, device: torch.device | str) -> StereoSampleBatch:
         """On another device."""
-        return StereoSampleBatch(self.stereo.to(device), self.truth, self.disparity.to(device))
+        return replace(self, stereo=self.stereo.to(device), disparity=self.disparity.to(device))
+
+
+@dataclass(frozen=True, eq=False)
+class PackedBatch:
+    """A batch on its way between processes: arrays, images in whole grey levels.
+
+    Args:
+        left: The left images, uint8, shape (B, H, W, 3).
+        right: The right images.
+        left_projections: P of the left cameras, shape (B, 3, 4).
+        right_projections: P of the right cameras.
+        disparities: See `StereoSampleBatch`.
+        truth: The objects of each.
+        targets: See `StereoSampleBatch`.
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    left_projections: Floats
+    right_projections: Floats
+    disparities: Map
+    truth: tuple[Boxes3D, ...]
+    targets: Any = None
+
+    def to(self, device: torch.device | str) -> StereoSampleBatch:
+        """Unpacked on a device."""
+
+        def images(arrays: NDArray[np.uint8]) -> Tensor:
+            return torch.from_numpy(arrays).to(device).permute(0, 3, 1, 2).float().contiguous()
+
+        height, width = self.left.shape[1:3]
+        stereo = StereoBatch(
+            images(self.left),
+            images(self.right),
+            torch.from_numpy(self.left_projections).to(device),
+            torch.from_numpy(self.right_projections).to(device),
+            (height, width),
+        )
+        disparity = torch.from_numpy(self.disparities).to(device)
+        return StereoSampleBatch(stereo, self.truth, disparity, self.targets)
+
+
+def packed_batch(samples: Sequence[StereoSample], targets: Any = None) -> PackedBatch:
+    """Samples of one size, whose grey levels are whole."""
+    return PackedBatch(
+        np.stack([sample.left for sample in samples]).astype(np.uint8, copy=False),
+        np.stack([sample.right for sample in samples]).astype(np.uint8, copy=False),
+        np.stack([sample.left_projection for sample in samples]),
+        np.stack([sample.right_projection for sample in samples]),
+        np.stack([sample.left_disparity for sample in samples]),
+        tuple(sample.truth for sample in samples),
+        targets,
+    )
 
 
 def sample_batch(samples: Sequence[StereoSample]) -> StereoSampleBatch:
     """Samples of one size as a batch."""
-
-    def images(of: Sequence[Pixels]) -> Tensor:
-        return torch.from_numpy(np.stack(of)).permute(0, 3, 1, 2).float().contiguous()
-
-    stereo = StereoBatch(
-        images([sample.left for sample in samples]),
-        images([sample.right for sample in samples]),
-        torch.from_numpy(np.stack([sample.left_projection for sample in samples])),
-        torch.from_numpy(np.stack([sample.right_projection for sample in samples])),
-        samples[0].size,
-    )
-    disparity = torch.from_numpy(np.stack([sample.left_disparity for sample in samples]))
-    return StereoSampleBatch(stereo, tuple(sample.truth for sample in samples), disparity)
+    return packed_batch(samples).to("cpu")

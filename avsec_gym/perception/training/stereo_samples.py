@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +39,7 @@ from avsec_gym.perception.training.prepared_once import fingerprint, whole_folde
 from avsec_gym.perception.training.sample import Map, StereoSample
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.npz_files import map_npy
+from avsec_gym.worker_processes import each_in_processes
 
 _FORMAT = 1
 _ARRAYS: dict[str, tuple[tuple[int, ...], Any]] = {
@@ -49,7 +52,11 @@ _STORED_STEPS = 256.0
 """Of a disparity's pixel, as in KITTI's files."""
 _AGAIN = "Remove the folder; it is made anew."
 _FACTS = "samples.json"
-_THREADS = max(2, os.cpu_count() or 2)
+_PROCESSORS = os.cpu_count() or 1
+_PROCESSES_PAY = 6
+"""Processors from which on processes are quicker than threads, which wait for one another."""
+_Reduced = tuple[dict[str, NDArray[Any]], tuple[int, int], Floats]
+"""Arrays by name, the camera's own height and width, the projections."""
 
 
 class StereoSamples(LabelledFrames):
@@ -57,11 +64,16 @@ class StereoSamples(LabelledFrames):
 
     def __init__(self, folder: Path, places: Sequence[FramePlace]) -> None:
         super().__init__(places)
+        self._folder = folder
         facts = read_json_object(folder / _FACTS, remedy=_AGAIN)
         self.sizes: list[tuple[int, int]] = [(int(h), int(w)) for h, w in facts["sizes"]]
         """Heights and widths of the cameras' own images."""
         self._projections = np.array(facts["projections"], np.float64).reshape(-1, 2, 3, 4)
         self._arrays = {name: map_npy(folder / f"{name}.npy", remedy=_AGAIN) for name in _ARRAYS}
+
+    def __reduce__(self) -> tuple[type[StereoSamples], tuple[Path, Sequence[FramePlace]]]:
+        """Sent to a process, they are opened again there."""
+        return StereoSamples, (self._folder, self._places)
 
     def __getitem__(self, index: int) -> StereoSample:
         """A sample as it is, images uint8, objects without regions not to care about."""
@@ -133,32 +145,50 @@ def _write(
         )
         for name, (tail, kind) in _ARRAYS.items()
     }
-    sizes: list[tuple[int, int]] = []
-    projections: list[list[Any]] = []
-    with ThreadPoolExecutor(_THREADS) as threads:
-        reduced = threads.map(lambda place: _reduced(place, size), places)
-        for index, (values, camera_size, matrices) in enumerate(reduced):
+    sizes: list[tuple[int, int]] = [(0, 0)] * len(places)
+    projections: list[list[Any]] = [[]] * len(places)
+    with closing(_all_reduced(places, size, folder)) as reduced:
+        for number, (index, (values, camera_size, matrices)) in enumerate(reduced):
             for name, value in values.items():
                 arrays[name][index] = value
-            sizes.append(camera_size)
-            projections.append(matrices.tolist())
+            sizes[index], projections[index] = camera_size, matrices.tolist()
             if on_progress is not None:
-                on_progress(index + 1, len(places))
+                on_progress(number + 1, len(places))
     for array in arrays.values():
         array.flush()
     (folder / _FACTS).write_text(json.dumps({"sizes": sizes, "projections": projections}))
 
 
-def _reduced(
-    place: FramePlace, size: tuple[int, int]
-) -> tuple[dict[str, NDArray[Any]], tuple[int, int], Floats]:
+def _all_reduced(
+    places: Sequence[FramePlace], size: tuple[int, int], folder: Path
+) -> Generator[tuple[int, _Reduced]]:
+    """Each frame's number and what is kept of it, in any order."""
+    work = partial(_reduced, places, size)
+    if _PROCESSORS >= _PROCESSES_PAY:
+        making = partial(_itself, work)
+        yield from each_in_processes(
+            making, range(len(places)), _PROCESSORS, threads=1, folder=folder
+        )
+        return
+    with ThreadPoolExecutor(max(2, _PROCESSORS)) as threads:
+        yield from enumerate(threads.map(work, range(len(places))))
+
+
+def _itself(work: Callable[[int], _Reduced]) -> Callable[[int], _Reduced]:
+    return work
+
+
+def _reduced(places: Sequence[FramePlace], size: tuple[int, int], index: int) -> _Reduced:
+    place = places[index]
     frame = place.frame()
     batch = batch_of_frames([frame])
     small = batch.resized(*size)
     disparity = _true_disparity(place.data, frame, batch.size)
     maps = {"left_disparity": disparity, "right_disparity": seen_from_right(disparity)}
     values: dict[str, NDArray[Any]] = {
-        name: np.round(reduced_disparity(map, *size) * _STORED_STEPS).clip(0, 65535)
+        name: np.round(reduced_disparity(map, *size) * _STORED_STEPS)
+        .clip(0, 65535)
+        .astype(np.uint16)
         for name, map in maps.items()
     }
     for name, image in (("left", small.left), ("right", small.right)):

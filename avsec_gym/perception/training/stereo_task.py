@@ -2,17 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.perception.training.augmentation import augmented
 from avsec_gym.perception.training.configuration import Augmentation
-from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
+from avsec_gym.perception.training.sample import PackedBatch, packed_batch
 from avsec_gym.perception.training.stereo_samples import StereoSamples, prepare_samples
 from avsec_gym.perception.training.tasks import TaskOptions
 from avsec_gym.perception.training.training_data import training_data
+
+
+@dataclass(frozen=True)
+class StereoBatchMaker:
+    """Makes batches of samples that are varied, in other processes, too.
+
+    Args:
+        samples: The samples.
+        augmentation: Their augmentation.
+        targets: Makes of the objects what the losses need of them alone; None for nothing.
+    """
+
+    samples: StereoSamples
+    augmentation: Augmentation
+    targets: Callable[[Sequence[Boxes3D]], Any] | None = None
+
+    def __call__(self, indices: Sequence[int], randomness: np.random.Generator) -> PackedBatch:
+        """See `Task.batch`."""
+        made = [augmented(self.samples[index], self.augmentation, randomness) for index in indices]
+        targets = None if self.targets is None else self.targets([each.truth for each in made])
+        return packed_batch(made, targets)
 
 
 class StereoTask:
@@ -23,6 +46,7 @@ class StereoTask:
         validation: Other samples of this size.
         augmentation: The augmentation of training samples.
         data: JSON-able: what the samples are.
+        targets: See `StereoBatchMaker`.
     """
 
     def __init__(
@@ -31,21 +55,17 @@ class StereoTask:
         validation: StereoSamples,
         augmentation: Augmentation,
         data: dict[str, Any],
+        targets: Callable[[Sequence[Boxes3D]], Any] | None = None,
     ) -> None:
         self._training, self._validation = training, validation
         self._augmentation, self._data = augmentation, data
+        self.batch = StereoBatchMaker(training, augmentation, targets)
+        """See `Task`."""
 
     @property
     def samples(self) -> int:
         """See `Task`."""
         return len(self._training)
-
-    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> StereoSampleBatch:
-        """See `Task`."""
-        samples = [self._training[index] for index in indices]
-        return sample_batch(
-            [augmented(sample, self._augmentation, randomness) for sample in samples]
-        )
 
 
 def stereo_samples(

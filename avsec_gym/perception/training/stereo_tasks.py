@@ -43,7 +43,8 @@ class StereoDetectionTask(DetectionTask[TrainableStereoDetector]):
 
     def losses(self, batch: StereoSampleBatch) -> dict[str, Tensor]:
         """See `Task`."""
-        return self._detector.losses(batch.stereo, batch.truth, batch.disparity)
+        targets = {} if batch.targets is None else {"targets": batch.targets}
+        return self._detector.losses(batch.stereo, batch.truth, batch.disparity, **targets)
 
     def found(self, batch: StereoSampleBatch, indices: Sequence[int]) -> list[Boxes3D]:
         """See `DetectionTask`."""

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
+B = TypeVar("B")
+B_co = TypeVar("B_co", covariant=True)
 
-class Batch(Protocol):
-    """Whatever a task's losses take."""
 
-    def to(self, device: torch.device | str) -> Self:
-        """On another device."""
+class Prepared(Protocol[B_co]):
+    """A batch that was made ahead of its step."""
+
+    def to(self, device: torch.device | str) -> B_co:
+        """What a task's losses take, on a device."""
         ...
-
-
-B = TypeVar("B", bound=Batch)
 
 
 class Task(Protocol[B]):
@@ -37,8 +37,11 @@ class Task(Protocol[B]):
         """How many there are to train on."""
         ...
 
-    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> B:
+    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> Prepared[B]:
         """Training samples, augmented; called in threads, so it changes nothing.
+
+        Where it is not a method of the task, but an object of its own, it is sent to processes, too
+        (see `batches`).
 
         Args:
             indices: The indices of the samples, from 0 to ``samples - 1``.

@@ -70,7 +70,15 @@ def train(
     saved = began
     with closing(run.curves):
         try:
-            prepared = batches(task, configuration, first, run.steps, machine.loaders)
+            prepared = batches(
+                task,
+                configuration,
+                first,
+                run.steps,
+                machine.loaders,
+                processes=run.device.type != "cpu",
+                folder=folder,
+            )
             with closing(prepared):
                 while not run.state.finished and time.monotonic() < deadline:
                     # Also what a run was killed in the middle of.

@@ -93,9 +93,12 @@ class TrainingRun:
         if self.device.type == "cuda":
             # Sizes stay the same from step to step: cuDNN looks for its quickest way once.
             torch.backends.cudnn.benchmark = True
+            torch.set_float32_matmul_precision("high")
         self.epoch_steps = steps_of_epoch(task.samples, configuration.batch)
         self.steps = self.epoch_steps * configuration.epochs
         self.trained = task.trained.to(self.device).train()
+        if machine.compile:
+            task.network.compile(dynamic=False)
         self.optimizer = _optimizer(self.trained, configuration)
         self.average = WeightAverage(self.trained, configuration.average)
         self.state = self._begin(resume)
@@ -188,7 +191,8 @@ class TrainingRun:
         """Validate the averaged weights, and keep them where they are the best so far."""
         state = self.state
         with self.average.applied():
-            with torch.no_grad():
+            # Sizes differ from those that parts were compiled for.
+            with torch.no_grad(), torch.compiler.set_stance("force_eager"):
                 metrics = self.task.validate()
             leading = metrics[self.task.leading_metric]
             best = -math.inf if state.best is None else state.best

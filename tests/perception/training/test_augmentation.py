@@ -113,9 +113,9 @@ def test_light_changes_grey_levels_only_and_stays_in_range(spot_sample: MakeSamp
     rng = np.random.default_rng(0)
     np.testing.assert_allclose(relit(sample, UNLIT, rng).left, sample.left, atol=1e-3)
     other = relit(sample, Photometric(), rng)
-    assert other.left.dtype == np.float32
+    assert other.left.dtype == np.uint8
     assert 0 <= other.left.min() < other.left.max() <= 255
-    assert np.abs(other.left - sample.left).mean() > 1
+    assert np.abs(other.left - sample.left.astype(float)).mean() > 1
     assert other.left_disparity is sample.left_disparity
     equal = relit(sample, Photometric(noise=0, between_views=0), rng)
     unequal = relit(sample, Photometric(noise=0, between_views=1), rng)
@@ -131,10 +131,10 @@ def test_noise_has_the_spread_that_is_asked_for(spot_sample: MakeSample) -> None
     sample = spot_sample()
     spreads = [
         (relit(sample, Photometric(0, 0, 0, 0, 0, 0, noise=6), np.random.default_rng(i)).left
-         - sample.left).std()
+         - sample.left.astype(float)).std()
         for i in range(40)
     ]  # fmt: skip
-    assert min(spreads) > 0
+    assert sum(spread > 0 for spread in spreads) > 35  # the weakest are rounded away
     assert 2.0 < np.mean(spreads) < 4.0
     assert max(spreads) < 6.2
 
@@ -170,8 +170,8 @@ def test_some_samples_are_those_of_grey_cameras(spot_sample: MakeSample) -> None
     is_grey = [np.ptp(image, axis=2).max() == 0 for image in found]
     assert 10 <= sum(is_grey) <= 30
     for image, grey in zip(found, is_grey, strict=True):
-        expected = np.broadcast_to(mean, image.shape) if grey else coloured
-        np.testing.assert_allclose(image, expected, rtol=1e-5)
+        expected = np.broadcast_to(np.rint(mean), image.shape) if grey else coloured
+        np.testing.assert_array_equal(image, expected)
     # However tinted and noisy: all three channels are one.
     lit = relit(sample, Photometric(grey=1.0), np.random.default_rng(0))
     assert max(np.ptp(image, axis=2).max() for image in (lit.left, lit.right)) < 1e-3

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import torch
 from torch import Tensor
 from torch.nn import functional
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.dsgn.losses import at_least_single
 
 _MARGIN = 0.1
@@ -71,25 +73,30 @@ def on_objects(depth: Tensor, projection: Tensor, objects: Sequence[Boxes3D], st
     v, u = torch.meshgrid(
         step * torch.arange(height).to(depth), step * torch.arange(width).to(depth), indexing="ij"
     )
+    p = projection.to(depth)
+    # P (x, y, z, 1) = depth (u, v, 1)
+    seen = depth[:, None] * torch.stack([u, v, torch.ones_like(u)]) - p[:, :, 3, None, None]
+    places = torch.einsum("bij,bjvu->bivu", torch.linalg.inv(p[:, :, :3]), seen)
     found = torch.zeros_like(depth, dtype=torch.bool)
-    for image, boxes in enumerate(objects):
-        p = projection[image].to(depth)
-        # P (x, y, z, 1) = depth (u, v, 1)
-        seen = depth[image] * torch.stack([u, v, torch.ones_like(u)]) - p[:, 3, None, None]
-        places = torch.einsum("ij,jvu->vui", torch.linalg.inv(p[:, :3]), seen)
-        location, size, yaw = (
-            torch.from_numpy(part).to(depth)
-            for part in (boxes.location, boxes.dimensions, boxes.rotation_y)
+    # The first object of all images, then the second of all that have one, ...
+    for boxes in torch.from_numpy(_in_rows(objects)).to(depth):
+        x, y, z, h, w, length, yaw = (part[:, None, None] for part in boxes.unbind(-1))
+        x, y, z = places[:, 0] - x, places[:, 1] - y, places[:, 2] - z
+        along, across, up = x * yaw.cos() - z * yaw.sin(), x * yaw.sin() + z * yaw.cos(), -y
+        found |= (
+            (along.abs() <= length / 2 + _MARGIN)
+            & (across.abs() <= w / 2 + _MARGIN)
+            & (up >= -_MARGIN)
+            & (up <= h + _MARGIN)
         )
-        for i in range(len(boxes)):
-            x, y, z = (places - location[i]).unbind(-1)
-            cos, sin = yaw[i].cos(), yaw[i].sin()
-            along, across, up = x * cos - z * sin, x * sin + z * cos, -y
-            h, w, length = size[i]
-            found[image] |= (
-                (along.abs() <= length / 2 + _MARGIN)
-                & (across.abs() <= w / 2 + _MARGIN)
-                & (up >= -_MARGIN)
-                & (up <= h + _MARGIN)
-            )
     return found & (depth > 0)
+
+
+def _in_rows(objects: Sequence[Boxes3D]) -> Floats:
+    """Place, size and yaw of the i-th object of each image, (most, B, 7); NaN where is none."""
+    most = max((len(boxes) for boxes in objects), default=0)
+    rows = np.full((most, len(objects), 7), np.nan)
+    for image, boxes in enumerate(objects):
+        numbers = [boxes.location, boxes.dimensions, boxes.rotation_y[:, None]]
+        rows[: len(boxes), image] = np.concatenate(numbers, axis=1)
+    return rows

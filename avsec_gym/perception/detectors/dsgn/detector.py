@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -23,7 +24,11 @@ from avsec_gym.perception.detectors.dsgn.editions import preset_of_weights
 from avsec_gym.perception.detectors.dsgn.fit import fit_loss
 from avsec_gym.perception.detectors.dsgn.losses import detection_losses
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork, DsgnOutput
-from avsec_gym.perception.detectors.dsgn.targets import anchor_targets, objects_to_learn
+from avsec_gym.perception.detectors.dsgn.targets import (
+    AnchorTargets,
+    anchor_targets,
+    objects_to_learn,
+)
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.presets import checked_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
@@ -113,16 +118,31 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
         found = decode(output, self.configuration, projections, batch.size, self.rule)
         return [replace(boxes, score=self.calibration(boxes.score)) for boxes in found]
 
+    @property
+    def target_maker(self) -> Callable[[Sequence[Boxes3D]], AnchorTargets]:
+        """What the losses make of objects alone: may be sent to who prepares batches ahead."""
+        return partial(anchor_targets, configuration=self.configuration, categories=self.categories)
+
     def losses(
-        self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None
+        self,
+        batch: StereoBatch,
+        truth: Sequence[Boxes3D],
+        disparity: Tensor | None = None,
+        targets: AnchorTargets | None = None,
     ) -> dict[str, Tensor]:
         """The terms `depth` (with disparity only), `classification`, `box` and `centerness`.
 
         And, where the configuration has them, `reversal` and `fit`.  See
         `DifferentiableDetector.losses`.
+
+        Args:
+            batch: The pairs.
+            truth: The objects of each.
+            disparity: The disparities of the left images.
+            targets: What `target_maker` makes of the objects, if it is there already.
         """
         output, given = self._run(batch)
-        targets = anchor_targets(truth, self.configuration, self.categories)
+        targets = self.target_maker(truth) if targets is None else targets
         terms = detection_losses(output, targets)
         if output.fit is not None:
             terms["fit"] = fit_loss(output, truth, targets, self.configuration, self.categories)

@@ -116,6 +116,7 @@ class DsgnNetwork(nn.Module):
         beside = [*["bbox_reversal"] * c.half_turns, *["bbox_fit"] * c.fit]
         for name in beside:
             self.add_module(name, nn.Conv2d(view, c.angles * classes, 3, padding=1))
+        self._register_places()
         # Heads begin with small weights.
         initialise(self)
         for layer, deviation in (
@@ -128,6 +129,19 @@ class DsgnNetwork(nn.Module):
         nn.init.constant_(
             self.bbox_cls.get_parameter("bias"), -math.log(99)
         )  # a prior probability of 1 %
+
+    def _register_places(self) -> None:
+        """Depths, and the grid's cells, on the device of the weights, but no part of them."""
+        c = self.configuration
+        for name, values in {
+            "plane_depths": c.planes.values(),
+            "bin_depths": c.bins.values(),
+            "grid_x": c.grid.x.centres(),
+            "grid_y": c.grid.y.centres(),
+            "grid_z": c.grid.z.centres(),
+            "grid_depth": c.sampled.position(c.grid.z.centres()),
+        }.items():
+            self.register_buffer(name, torch.from_numpy(values), persistent=False)
 
     def _layers(self, dimensions: Dimensions, *channels: int, kernel: int = 3) -> nn.Sequential:
         return convolutions(
@@ -153,7 +167,7 @@ class DsgnNetwork(nn.Module):
         semantic = extract.rpnconv(joined) if self.configuration.features.semantic else None
         world = self._world(volume, costs, logits, semantic, projection, left)
         heads = self._heads(self._view(world))
-        bins = torch.from_numpy(self.configuration.bins.values()).to(left)
+        bins = self.get_buffer("bin_depths").to(left)
         depth = expectation(logits, bins)
         if not self.configuration.full_depth:
             depth = _at_pixels(depth)
@@ -161,8 +175,8 @@ class DsgnNetwork(nn.Module):
 
     def _disparities(self, focal_times_baseline: Tensor) -> Tensor:
         """Of the planes in pixels of the features, shape (B, D)."""
-        depths = torch.from_numpy(self.configuration.planes.values())
-        return focal_times_baseline[:, None] / depths.to(focal_times_baseline) / STRIDE
+        depths = self.get_buffer("plane_depths").to(focal_times_baseline)
+        return focal_times_baseline[:, None] / depths / STRIDE
 
     def _volume(self, left: Tensor, right: Tensor, disparities: Tensor) -> tuple[Tensor, Tensor]:
         """Features (B, C, D, h, w) and costs (B, 1, D, h, w) of the planes."""
@@ -224,9 +238,9 @@ class DsgnNetwork(nn.Module):
     def _places(self, projection: Tensor, size: Sequence[int]) -> Tensor:
         """Where the voxels lie in the volume: u, v and depth in [-1, 1], (B, Z, Y, X, 3)."""
         c = self.configuration
-        z, y, x = (
-            torch.from_numpy(axis.centres()).to(projection)
-            for axis in (c.grid.z, c.grid.y, c.grid.x)
+        z, y, x, depth = (
+            self.get_buffer(name).to(projection)
+            for name in ("grid_z", "grid_y", "grid_x", "grid_depth")
         )
         p = projection[:, :, :, None, None, None]
         homogeneous = p[:, :, 0] * x + p[:, :, 1] * y[:, None] + p[:, :, 2] * z[:, None, None]
@@ -235,7 +249,6 @@ class DsgnNetwork(nn.Module):
         # The pixel at which the volume ends: -1 and 1 are the places of its outermost features.
         beyond = STRIDE if c.exact_pixels else 1
         bottom, right = size[0] - beyond, size[1] - beyond
-        depth = torch.from_numpy(c.sampled.position(c.grid.z.centres())).to(projection)
         depth = depth[:, None, None].expand_as(u)
         return torch.stack([2 * u / right - 1, 2 * v / bottom - 1, depth], -1)
 

@@ -112,3 +112,19 @@ def test_a_turned_box_holds_its_own_places_only() -> None:
             found = on_objects(depth, projection, [box], 1)
             assert bool(found[0, v, u]) == expected
             assert found.sum() == expected
+
+
+def test_pixels_of_several_images_are_those_of_each(scene: Callable[[int], Any]) -> None:
+    made = [scene(number) for number in (5, 6, 7)]
+    depth = torch.cat(
+        [each.batch.left_projection[:, :1, :1] * 0.54 / each.disparity for each in made]
+    )
+    projection = torch.cat([each.batch.left_projection for each in made])
+    objects = [made[0].boxes, made[1].boxes[:0], made[2].boxes[:1]]
+    depth = depth[:, ::2, ::2]
+    together = on_objects(depth, projection, objects, 2)
+    assert together[0].any()
+    assert not together[1].any()
+    for image, boxes in enumerate(objects):
+        one = slice(image, image + 1)
+        assert torch.equal(together[one], on_objects(depth[one], projection[one], [boxes], 2))
