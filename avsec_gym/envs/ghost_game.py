@@ -122,6 +122,9 @@ class GhostGame:
         self._rounds: dict[tuple[int, Intention], Round] = {}
         self._safe: dict[tuple[int, Intention], bool] = {}
         self._problems: dict[tuple[Any, ...], Problem] = {}
+        self._drawable: dict[tuple[bool, tuple[Intention, ...]], dict[int, Round | None]] = {}
+        """Rounds by number of scene and intention, None where they may not be drawn; with a further
+        condition, which is always the same one, apart."""
 
     @property
     def action_size(self) -> int:
@@ -157,20 +160,32 @@ class GhostGame:
         if wanted is not None:
             index = self._index(str(wanted))
             return self.round(index, intentions[int(generator.integers(len(intentions)))])
-        count = len(self.scenes)
+        count, ways = len(self.scenes), len(intentions)
+        # Most of what is drawn was drawn before.
+        known = self._drawable.setdefault((fits is None, intentions), {})
         for _ in range(50 * count):
-            index, way = pick(generator, count, len(intentions))
-            intention = intentions[way]
-            if self.scenes.plays(self._labelled[index].id, intention) and self.is_safe(
-                index, intention
-            ):
-                safe = self.round(index, intention)
-                if fits is None or fits(safe):
-                    return safe
+            index, way = pick(generator, count, ways)
+            number = index * ways + way
+            if number not in known:
+                known[number] = self._drawn(index, intentions[way], fits)
+            round = known[number]
+            if round is not None:
+                return round
         raise ConfigurationError(
             f"no scene of {self.scenes.name} is driven safely without an attack"
             f"{'' if fits is None else ' and unsafely with one'}: nothing to attack"
         )
+
+    def _drawn(
+        self, index: int, intention: Intention, fits: Callable[[Round], bool] | None
+    ) -> Round | None:
+        """The round, if it may be drawn."""
+        if not self.scenes.plays(self._labelled[index].id, intention):
+            return None
+        if not self.is_safe(index, intention):
+            return None
+        safe = self.round(index, intention)
+        return safe if fits is None or fits(safe) else None
 
     def round(self, index: int, intention: Intention) -> Round:
         """The round of one scene and intention."""

@@ -27,9 +27,9 @@ def reset_options(options: Any, *more: str) -> dict[str, Any]:
         >>> reset_options({"intention": "left"})
         {'intention': 'left'}
     """
-    known = (*OPTIONS, *more)
     if options is None:
         return {}
+    known = (*OPTIONS, *more)
     if not isinstance(options, Mapping):
         raise ConfigurationError(
             f"the options of reset are a dictionary, such as {{'intention': 'left'}}, got "
