@@ -60,18 +60,19 @@ _SAFE, _COLLISION, _UNPLANNED = map(OUTCOMES.index, (SAFE, COLLISION, UNPLANNED)
 FAR = 1e7
 """Metres; where obstacles are put that are not there."""
 
-Pick = Callable[[np.random.Generator, int, int], tuple[int, int]]
-"""Draws one of so many scenes and one of so many intentions."""
+Pick = Callable[[np.random.Generator, int, int], int]
+"""Draws one of so many scenes and one of so many intentions: scene times intentions, plus
+intention."""
 
 
-def two_integers(generator: np.random.Generator, scenes: int, intentions: int) -> tuple[int, int]:
+def two_integers(generator: np.random.Generator, scenes: int, intentions: int) -> int:
     """A scene and an intention, as episodes of `avsec/GhostObject-v0` always drew them."""
-    return int(generator.integers(scenes)), int(generator.integers(intentions))
+    return int(generator.integers(scenes)) * intentions + int(generator.integers(intentions))
 
 
-def one_number(generator: np.random.Generator, scenes: int, intentions: int) -> tuple[int, int]:
+def one_number(generator: np.random.Generator, scenes: int, intentions: int) -> int:
     """The same from one uniform number, in a sixth of the time."""
-    return divmod(int(generator.random() * scenes * intentions), intentions)
+    return int(generator.random() * scenes * intentions)
 
 
 class GhostGame:
@@ -149,7 +150,7 @@ class GhostGame:
             generator: The random numbers that rounds are drawn by.
             options: The user's, which may pick ``scenario`` and ``intention``.
             fits: A further condition on a drawn round; None: there is none.
-            pick: Draws the indices of a scene and of an intention.
+            pick: Draws a scene and an intention.
 
         Raises:
             ConfigurationError: No scene has the id, no such intention, or no round is safe.
@@ -164,9 +165,9 @@ class GhostGame:
         # Most of what is drawn was drawn before.
         known = self._drawable.setdefault((fits is None, intentions), {})
         for _ in range(50 * count):
-            index, way = pick(generator, count, ways)
-            number = index * ways + way
+            number = pick(generator, count, ways)
             if number not in known:
+                index, way = divmod(number, ways)
                 known[number] = self._drawn(index, intentions[way], fits)
             round = known[number]
             if round is not None:

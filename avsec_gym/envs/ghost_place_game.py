@@ -71,6 +71,8 @@ class PlacedRound(Round):
     answers: Answers
     offered: NDArray[np.int64]
     """Spots of the places, in their order, shape (K,)."""
+    shown: Floats
+    """Of the places, as an observation shows them, shape (K, SIZE)."""
 
 
 class GhostPlaceGame:
@@ -124,7 +126,9 @@ class GhostPlaceGame:
         if answers.winnable:
             order[(waits * answers.as_winner).argmin()] = -1.0
         offered = order.argsort()[: self.places]
-        return PlacedRound(**vars(round), answers=answers, offered=generator.permutation(offered))
+        offered = generator.permutation(offered)
+        shown = answers.features[offered]
+        return PlacedRound(**vars(round), answers=answers, offered=offered, shown=shown)
 
     def _contested(self, round: Round) -> bool:
         return self.answers(round).contested
@@ -160,7 +164,7 @@ class GhostPlaceGame:
         actions: Floats,
     ) -> NDArray[np.float32]:
         """Observations of B episodes, as `GhostGame.observe`; actions of -1 chose nothing yet."""
-        features = np.stack([_placed(r).answers.features[_placed(r).offered] for r in rounds])
+        features = np.array([_placed(round).shown for round in rounds])
         last = np.zeros((len(rounds), self.places))
         last[np.arange(len(rounds)), actions.argmax(axis=1)] = outcomes >= 0
         tail = np.concatenate([features.reshape(len(rounds), -1), last], axis=1)
