@@ -18,6 +18,9 @@ _FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
 _DECIMAL_SECOND = 0.1
 _FARTHEST, _FASTEST = 1e3, 100.0
 """Metres and m/s: farther and faster leads no primitive."""
+_SPEED = _FIELDS.index("velocity")
+_SLACK = 0.5
+"""Metres beyond what the greater of two speeds leads to within a decisecond."""
 _NOISE = 1e-6
 """m/s: a speed of 0 that was integrated."""
 _ROUNDED = 1e-3
@@ -127,6 +130,17 @@ def _check(states: Floats, number: int, path: Path) -> None:
                 path=path,
                 remedy=f"Expected {low:g} to {high:g}. {_REMEDY}",
             )
+    speeds = np.maximum(states[1:, _SPEED], states[:-1, _SPEED])
+    gone = np.hypot(*np.diff(states[:, :2], axis=0).T)
+    farthest = speeds * _DECIMAL_SECOND + _SLACK
+    if (gone > farthest).any():
+        step = int((gone - farthest).argmax())
+        raise DataError(
+            f"trajectory {number} moves by {gone[step]:g} m from state {step} to the next one, at "
+            f"{speeds[step]:g} m/s.",
+            path=path,
+            remedy=f"Expected {farthest[step]:g} m at most. {_REMEDY}",
+        )
 
 
 _REMEDY = "Write it as commonroad-search's motion primitive generator does."

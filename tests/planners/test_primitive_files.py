@@ -180,3 +180,19 @@ def test_declarations_are_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("<MotionPrimitiveFile", declared, 1))
     with pytest.raises(DataError, match=r"some\.xml:\d+: .*declares"):
         read_primitives(path)
+
+
+@pytest.mark.parametrize("place", ["Initial", "Path/State", "Final"])
+@pytest.mark.parametrize("field", ["x", "y"])
+def test_states_farther_apart_than_the_vehicle_drives(
+    place: str, field: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "some.xml"
+    write_primitives(generate_primitives((6.0,), steering_angles=3), path)
+    tree = ElementTree.parse(path)
+    found = tree.find(f"Trajectories/Trajectory/{place}/{field}")
+    assert found is not None
+    found.text = str(float(found.text or 0) + 2.5)
+    tree.write(path)
+    with pytest.raises(DataError, match=r"some\.xml:.*trajectory 1 moves by .* at 6 m/s"):
+        read_primitives(path)

@@ -15,6 +15,8 @@ from avsec_gym.storage.inert_pickle import Unknown
 _WRAPPERS = ("state_dict", "model")
 _PARALLEL = "module."
 _DEEPEST = 3
+_REBUILT = "torch._utils._rebuild_"
+"""What makes tensors: those that are not read, among them sparse and quantised ones."""
 
 
 def load_published(path: str | Path, network: nn.Module) -> None:
@@ -39,7 +41,7 @@ def published_state(path: str | Path) -> dict[str, Tensor]:
         DataError: As of `load_published`.
     """
     content = read_torch_file(path, remedy="Download it again; it may be cut off.")
-    state = _unwrapped(content)
+    state = _unwrapped(content, path)
     if not state:
         raise DataError(
             "There is no dictionary of tensors in this file.",
@@ -57,7 +59,7 @@ def published_state(path: str | Path) -> dict[str, Tensor]:
     return named
 
 
-def _unwrapped(content: Any) -> dict[str, Tensor]:
+def _unwrapped(content: Any, path: str | Path) -> dict[str, Tensor]:
     """The dictionary of tensors, perhaps within others; empty if there is none."""
     for _ in range(_DEEPEST):
         inner = [content[name] for name in _WRAPPERS if name in content] if _is(content) else []
@@ -65,6 +67,14 @@ def _unwrapped(content: Any) -> dict[str, Tensor]:
     if not _is(content):
         return {}
     known = {name: value for name, value in content.items() if isinstance(value, Tensor)}
+    for name, value in content.items():
+        if isinstance(value, Unknown) and value.name.startswith(_REBUILT):
+            raise DataError(
+                f"The weight {name} is no plain tensor ({value.name.removeprefix(_REBUILT)}).",
+                path=path,
+                remedy="Sparse and quantised tensors cannot be taken: store dense ones in "
+                "floating point.",
+            )
     # Counters and settings may stand beside the tensors, and no layer is one of them.
     others = [value for name, value in content.items() if name not in known]
     plain = all(isinstance(value, (int, float, str, Unknown, type(None))) for value in others)

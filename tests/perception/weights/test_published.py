@@ -112,6 +112,21 @@ def test_what_programs_keep_beside_their_tensors_is_passed_over(tmp_path: Path) 
             assert torch.equal(loaded.state_dict()["0.weight"], plain()["0.weight"])
 
 
+@pytest.mark.filterwarnings("ignore:.*(quantized|Sparse|deprecated)")
+@pytest.mark.parametrize("kind", ["sparse", "q"])
+def test_sparse_and_quantised_tensors_are_named(tmp_path: Path, kind: str) -> None:
+    weight = nn.Linear(3, 2).weight.detach()
+    strange = (
+        weight.to_sparse()
+        if kind == "sparse"
+        else torch.quantize_per_tensor(weight, 0.1, 0, torch.qint8)
+    )
+    path = tmp_path / "other.pth"
+    torch.save({"state_dict": {"weight": strange, "bias": torch.zeros(2)}}, path)
+    with pytest.raises(DataError, match=rf"other\.pth.*weight is no plain tensor \({kind}_?ten"):
+        load_published(path, nn.Linear(3, 2))
+
+
 def test_a_variance_is_not_below_zero(tmp_path: Path) -> None:
     """Its root is nan, and so was all that such a network found."""
     path = tmp_path / "published.pth"
