@@ -39,6 +39,9 @@ THREAD_VARIABLES = (
 )
 """Libraries read them when they are loaded."""
 
+AVAILABLE = sys.platform != "win32"
+"""Whether there are such processes here."""
+
 _SECONDS_TO_LEAVE = 5.0
 _SECONDS_BETWEEN_LOOKS = 1.0
 # The search path comes first, so that whatever this process can import the worker can, too.
@@ -74,7 +77,7 @@ class Worker:
     """
 
     def __init__(self, serve: Callable[..., None], *arguments: Any, threads: int) -> None:
-        if sys.platform == "win32":
+        if not AVAILABLE:
             raise ConfigurationError("several processes need Linux or macOS: use one worker")
         first = _pickled((_registrations(), serve, arguments))
         self._connection, theirs = Pipe()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.perception.training.configuration import TrainingConfiguration
 from avsec_gym.perception.training.task import B, Prepared, Task
-from avsec_gym.worker_processes import each_in_processes
+from avsec_gym.worker_processes import AVAILABLE, each_in_processes
 
 _AHEAD = 2
 """Batches that each thread keeps ready."""
@@ -65,7 +65,7 @@ def batches(
         folder: That of the run, for errors.
     """
     prepare = partial(_prepare, task.batch, task.samples, configuration)
-    if processes and not inspect.ismethod(task.batch):
+    if processes and AVAILABLE and not inspect.ismethod(task.batch):
         yield from _by_processes(prepare, range(first, steps), loaders, folder)
         return
     ready: deque[Future[Prepared[B]]] = deque()

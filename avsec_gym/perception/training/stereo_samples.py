@@ -39,7 +39,7 @@ from avsec_gym.perception.training.prepared_once import fingerprint, whole_folde
 from avsec_gym.perception.training.sample import Map, StereoSample
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.npz_files import map_npy
-from avsec_gym.worker_processes import each_in_processes
+from avsec_gym.worker_processes import AVAILABLE, each_in_processes
 
 _FORMAT = 1
 _ARRAYS: dict[str, tuple[tuple[int, ...], Any]] = {
@@ -55,6 +55,8 @@ _FACTS = "samples.json"
 _PROCESSORS = os.cpu_count() or 1
 _PROCESSES_PAY = 6
 """Processors from which on processes are quicker than threads, which wait for one another."""
+_MOST_PROCESSES = 16
+"""Each takes half a gigabyte."""
 _Reduced = tuple[dict[str, NDArray[Any]], tuple[int, int], Floats]
 """Arrays by name, the camera's own height and width, the projections."""
 
@@ -164,11 +166,9 @@ def _all_reduced(
 ) -> Generator[tuple[int, _Reduced]]:
     """Each frame's number and what is kept of it, in any order."""
     work = partial(_reduced, places, size)
-    if _PROCESSORS >= _PROCESSES_PAY:
-        making = partial(_itself, work)
-        yield from each_in_processes(
-            making, range(len(places)), _PROCESSORS, threads=1, folder=folder
-        )
+    if AVAILABLE and _PROCESSORS >= _PROCESSES_PAY:
+        making, workers = partial(_itself, work), min(_PROCESSORS, _MOST_PROCESSES)
+        yield from each_in_processes(making, range(len(places)), workers, threads=1, folder=folder)
         return
     with ThreadPoolExecutor(max(2, _PROCESSORS)) as threads:
         yield from enumerate(threads.map(work, range(len(places))))
