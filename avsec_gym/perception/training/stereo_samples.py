@@ -53,8 +53,9 @@ _STORED_STEPS = 256.0
 _AGAIN = "Remove the folder; it is made anew."
 _FACTS = "samples.json"
 _PROCESSORS = os.cpu_count() or 1
-_PROCESSES_PAY = 6
-"""Processors from which on processes are quicker than threads, which wait for one another."""
+_PROCESSES_PAY, _FRAMES_PAY = 6, 200
+"""Processors, and frames, from which on processes are quicker than threads, which wait for one
+another; processes take seconds to begin."""
 _MOST_PROCESSES = 16
 """Each takes half a gigabyte."""
 _Reduced = tuple[dict[str, NDArray[Any]], tuple[int, int], Floats]
@@ -166,7 +167,7 @@ def _all_reduced(
 ) -> Generator[tuple[int, _Reduced]]:
     """Each frame's number and what is kept of it, in any order."""
     work = partial(_reduced, places, size)
-    if AVAILABLE and _PROCESSORS >= _PROCESSES_PAY:
+    if AVAILABLE and _PROCESSORS >= _PROCESSES_PAY and len(places) >= _FRAMES_PAY:
         making, workers = partial(_itself, work), min(_PROCESSORS, _MOST_PROCESSES)
         yield from each_in_processes(making, range(len(places)), workers, threads=1, folder=folder)
         return

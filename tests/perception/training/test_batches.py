@@ -73,6 +73,7 @@ def test_frames_reduced_by_processes_are_those_of_threads(
     frames = training_data([spot_folder]).training
     one = prepare_samples(frames, (40, 120), tmp_path / "threads")
     monkeypatch.setattr(stereo_samples, "_PROCESSES_PAY", 1)
+    monkeypatch.setattr(stereo_samples, "_FRAMES_PAY", 1)
     told: list[int] = []
     other = prepare_samples(
         frames, (40, 120), tmp_path / "processes", on_progress=lambda done, _: told.append(done)
