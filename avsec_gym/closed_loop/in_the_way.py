@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 from avsec_gym.metrics.swept_contact import TOLERANCE
@@ -128,7 +129,7 @@ def _may_touch(
     if np.hypot(x1 + x2, y1 + y2) / 2 - way / 2 > reach:
         return False
     # What a corner may leave the straight line by between the two steps (`swept_contact`).
-    own_turn, turn = _wrapped(after[3] - before[3]), _wrapped(then[2] - now[2])
+    own_turn, turn = wrapped(after[3] - before[3]), wrapped(then[2] - now[2])
     farthest = np.hypot(x1, y1) + way
     lacking = turn**2 * farthest + 2 * abs(turn) * way + radius * (own_turn - turn) ** 2
     margin = lacking / 8 + TOLERANCE
@@ -148,9 +149,3 @@ def _may_touch(
     return bool(
         high_x >= -margin_x and low_x <= margin_x and high_y >= -margin_y and low_y <= margin_y
     )
-
-
-@kernel(nogil=True)
-def _wrapped(angle: float) -> float:
-    """The same direction in [-pi, pi)."""
-    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.closed_loop.centre_line import coordinates
 from avsec_gym.closed_loop.light.car_motion import (
     HEADING,
@@ -15,7 +16,7 @@ from avsec_gym.closed_loop.light.car_motion import (
     steering_rate,
     touches,
 )
-from avsec_gym.closed_loop.light.road_table import RoadTable, contains, heading_at, wrapped
+from avsec_gym.closed_loop.light.road_table import RoadTable, contains, heading_at
 from avsec_gym.closed_loop.light.traffic_table import TrafficTable
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel

@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.closed_loop.belief import Belief, belief_of
 from avsec_gym.closed_loop.light.light_drive import LightDrive
-from avsec_gym.closed_loop.light.road_table import wrapped
 from avsec_gym.closed_loop.perception import (
     BlindPerception,
     DrivePerception,

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.box_overlap import overlap_area
+from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.error_model.drawn_errors import FOUND, LATENT, TURNED
 from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, RADIAL_REACH
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, FARTHEST, UNIT, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, RAYS
 from avsec_gym.closed_loop.light.light_drive import LightDrive
-from avsec_gym.closed_loop.light.road_table import wrapped
 from avsec_gym.closed_loop.light.t_quantiles import quantile_table, t_quantile
 from avsec_gym.closed_loop.relative_poses import in_world
 from avsec_gym.geometry import Floats

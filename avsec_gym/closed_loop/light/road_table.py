@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.closed_loop.centre_line import (
     AHEAD_X,
     AHEAD_Y,
@@ -109,12 +110,6 @@ def lane_at(road: RoadTable, x: float, y: float, heading: float) -> int:
         if distance < least:
             nearest, least = lane, distance
     return nearest
-
-
-@kernel(nogil=True)
-def wrapped(angle: float) -> float:
-    """The same direction in [-pi, pi)."""
-    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 @kernel(nogil=True)

@@ -166,17 +166,13 @@ def _all_reduced(
     places: Sequence[FramePlace], size: tuple[int, int], folder: Path
 ) -> Generator[tuple[int, _Reduced]]:
     """Each frame's number and what is kept of it, in any order."""
-    work = partial(_reduced, places, size)
+    numbers, make = range(len(places)), partial(partial, _reduced, places, size)
     if AVAILABLE and _PROCESSORS >= _PROCESSES_PAY and len(places) >= _FRAMES_PAY:
-        making, workers = partial(_itself, work), min(_PROCESSORS, _MOST_PROCESSES)
-        yield from each_in_processes(making, range(len(places)), workers, threads=1, folder=folder)
+        workers = min(_PROCESSORS, _MOST_PROCESSES)
+        yield from each_in_processes(make, numbers, workers, threads=1, folder=folder)
         return
     with ThreadPoolExecutor(max(2, _PROCESSORS)) as threads:
-        yield from enumerate(threads.map(work, range(len(places))))
-
-
-def _itself(work: Callable[[int], _Reduced]) -> Callable[[int], _Reduced]:
-    return work
+        yield from enumerate(threads.map(make(), numbers))
 
 
 def _reduced(places: Sequence[FramePlace], size: tuple[int, int], index: int) -> _Reduced:
