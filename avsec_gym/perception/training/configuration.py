@@ -122,9 +122,6 @@ class Machine:
 
     device: str = "cpu"
     """Of torch, such as ``cpu`` or ``cuda``; DSGN and Stereo R-CNN were tried on a GPU."""
-    compile: bool = False
-    """Compile the network first, which takes a minute or two: for a GPU, and a network such as
-    DSGN's, whose tensors have the same sizes at each step."""
     loaders: int = 1
     """Threads that prepare the next steps; on a GPU processes."""
     minutes: float | None = None

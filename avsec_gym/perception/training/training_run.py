@@ -97,8 +97,6 @@ class TrainingRun:
         self.epoch_steps = steps_of_epoch(task.samples, configuration.batch)
         self.steps = self.epoch_steps * configuration.epochs
         self.trained = task.trained.to(self.device).train()
-        if machine.compile:
-            task.network.compile(dynamic=False)
         self.optimizer = _optimizer(self.trained, configuration)
         self.average = WeightAverage(self.trained, configuration.average)
         self.state = self._begin(resume)
@@ -191,8 +189,7 @@ class TrainingRun:
         """Validate the averaged weights, and keep them where they are the best so far."""
         state = self.state
         with self.average.applied():
-            # Sizes differ from those that parts were compiled for.
-            with torch.no_grad(), torch.compiler.set_stance("force_eager"):
+            with torch.no_grad():
                 metrics = self.task.validate()
             leading = metrics[self.task.leading_metric]
             best = -math.inf if state.best is None else state.best

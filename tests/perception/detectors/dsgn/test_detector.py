@@ -17,10 +17,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
-from avsec_gym.perception.detectors.dsgn import network
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
-from avsec_gym.perception.nn.correlation_volume import plain_correlation_volume
 from avsec_gym.perception.stereo_batch import StereoBatch
 
 MakeScene = Callable[[int], Any]
@@ -220,17 +218,3 @@ def test_targets_made_ahead_give_the_same_losses(
     assert {name: term.item() for name, term in plain.items()} == {
         name: term.item() for name, term in ahead.items()
     }
-
-
-@pytest.mark.slow
-def test_the_network_of_a_gpu_compiles_as_one_graph(
-    scene: MakeScene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """On a GPU: there the volume is plain torch, while the CPU's is a kernel of numba."""
-    monkeypatch.setattr(network, "correlation_volume", plain_correlation_volume)
-    detector = DsgnDetector("small")
-    given = detector.prepare(scene(0).batch)
-    pair = (given.left, given.right, given.projection, given.focal_times_baseline)
-    found = torch._dynamo.explain(detector.network)(*pair)
-    torch._dynamo.reset()
-    assert (found.graph_count, found.graph_break_count) == (1, 0)
