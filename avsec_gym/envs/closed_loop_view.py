@@ -7,11 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.centre_line import coordinates
 from avsec_gym.closed_loop.light.car_motion import HEADING, SPEED, STEERING, X, Y
 from avsec_gym.closed_loop.light.light_drive import LightDrive
-from avsec_gym.closed_loop.light.road_table import RoadTable, heading_at, lane_at, place_at, wrapped
+from avsec_gym.closed_loop.light.road_table import RoadTable, heading_at, lane_at, place_at
 from avsec_gym.envs.closed_loop_observation import EACH, OWN, RANGE
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
