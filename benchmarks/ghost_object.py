@@ -76,7 +76,7 @@ def warm_up(game: Any) -> None:
     """Draw until every scene has been laid out, or nearly so."""
     generator = np.random.default_rng(0)
     for _ in range(4000):
-        game.draw(generator, None)
+        game.draw_all([generator], None)
 
 
 def main() -> None:

@@ -45,8 +45,10 @@ class DetectionGame(Protocol):
     def motion(self) -> Motion:
         """What the planner knows of motion."""
 
-    def draw(self, generator: np.random.Generator, options: dict[str, Any] | None) -> Round:
-        """A round."""
+    def draw_all(
+        self, generators: Sequence[np.random.Generator], options: dict[str, Any] | None
+    ) -> list[Round]:
+        """A round by each generator."""
 
     def is_safe(self, index: int, intention: Intention) -> bool:
         """Whether a round is driven safely without an attack."""
@@ -96,7 +98,7 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin an episode; ``options`` may pick a ``scenario`` and an ``intention``."""
         super().reset(seed=seed)
-        self._round = self.game.draw(self.np_random, options)
+        (self._round,) = self.game.draw_all([self.np_random], options)
         self._action = np.full(self.game.action_size, -1.0)
         self._spent = 0
         self.shown()

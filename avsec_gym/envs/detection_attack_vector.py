@@ -139,13 +139,15 @@ class DetectionAttackVectorEnv(
         return np.array([self.game.is_safe(r.index, r.intention) for r in self._rounds])
 
     def _begin(self, which: NDArray[np.int64], options: dict[str, Any]) -> None:
-        for i in which:
-            self._rounds[i] = self.game.draw(self._generators[i], options)
+        if not len(which):
+            return
+        generators = [self._generators[i] for i in which]
+        for i, round in zip(which, self.game.draw_all(generators, options), strict=True):
+            self._rounds[i] = round
         self._actions[which] = -1.0
         self._spent[which] = 0
-        if len(which):
-            self._ended = self._ended.copy()
-            self._ended[which] = False
+        self._ended = self._ended.copy()
+        self._ended[which] = False
 
     def _observe(self, answers: Queried) -> NDArray[np.float32]:
         left = self.query_budget.left(self._spent)

@@ -137,17 +137,17 @@ class GhostGame:
         """Start, goal, objects, and the last query."""
         return SCENE_SIZE + 5 + 5 * self.ghosts + self.hides
 
-    def draw(
+    def draw_all(
         self,
-        generator: np.random.Generator,
+        generators: Sequence[np.random.Generator],
         options: dict[str, Any] | None,
         fits: Callable[[Round], bool] | None = None,
         pick: Pick = two_integers,
-    ) -> Round:
-        """A round that is driven safely without an attack, or the one that options ask for.
+    ) -> list[Round]:
+        """Rounds that are driven safely without an attack, or those that options ask for.
 
         Args:
-            generator: The random numbers that rounds are drawn by.
+            generators: The random numbers that each round is drawn by.
             options: The user's, which may pick ``scenario`` and ``intention``.
             fits: A further condition on a drawn round; None: there is none.
             pick: Draws a scene and an intention.
@@ -158,24 +158,29 @@ class GhostGame:
         options = reset_options(options)
         intentions = intentions_named(options.get("intention"))
         wanted = options.get("scenario")
+        ways = len(intentions)
         if wanted is not None:
             index = self._index(str(wanted))
-            return self.round(index, intentions[int(generator.integers(len(intentions)))])
-        count, ways = len(self.scenes), len(intentions)
+            return [self.round(index, intentions[int(g.integers(ways))]) for g in generators]
         # Most of what is drawn was drawn before.
         known = self._drawable.setdefault((fits is None, intentions), {})
-        for _ in range(50 * count):
-            number = pick(generator, count, ways)
-            if number not in known:
-                index, way = divmod(number, ways)
-                known[number] = self._drawn(index, intentions[way], fits)
-            round = known[number]
-            if round is not None:
-                return round
-        raise ConfigurationError(
-            f"no scene of {self.scenes.name} is driven safely without an attack"
-            f"{'' if fits is None else ' and unsafely with one'}: nothing to attack"
-        )
+        count = len(self.scenes)
+
+        def drawn(generator: np.random.Generator) -> Round:
+            for _ in range(50 * count):
+                number = pick(generator, count, ways)
+                if number not in known:
+                    index, way = divmod(number, ways)
+                    known[number] = self._drawn(index, intentions[way], fits)
+                round = known[number]
+                if round is not None:
+                    return round
+            raise ConfigurationError(
+                f"no scene of {self.scenes.name} is driven safely without an attack"
+                f"{'' if fits is None else ' and unsafely with one'}: nothing to attack"
+            )
+
+        return [drawn(generator) for generator in generators]
 
     def _drawn(
         self, index: int, intention: Intention, fits: Callable[[Round], bool] | None
