@@ -14,7 +14,7 @@ from avsec_gym.planners.plan import Reason, Status
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.planners.search import advance
-from avsec_gym.planners.search_state import EXPANDED, SearchState, new_state
+from avsec_gym.planners.search_state import EXPANDED, SearchState
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
@@ -481,11 +481,3 @@ def test_tree_is_a_tree() -> None:
     parents = plan.tree[1:, 2].astype(int)
     assert (parents < np.arange(1, len(plan.tree))).all()
     assert (parents >= 0).all()
-
-
-def test_new_memory_is_empty() -> None:
-    # Else the first look into the closed list goes to nodes that are not there.
-    state = new_state(8, 16)
-    assert (state.table == -1).all()
-    assert not state.counters.any()
-    assert len(state.pose) == len(state.link) == len(state.key) == len(state.item) == 8
