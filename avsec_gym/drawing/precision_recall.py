@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLOURS = ("#56B4E9", "#0072B2", "#D55E00")
+_PANEL, _ABOVE, _BELOW = 2.0, 0.85, 1.4
+"""Inches: a panel's height, what stands above the first, and below each (axis and figures)."""
 _TITLES = {"2d": "in the image", "bev": "from above", "3d": "in space", "aos": "orientation"}
 
 
@@ -33,7 +35,7 @@ def draw_precision_recall(result: AveragePrecision, *, title: str = "") -> Figur
     lost = [name for c, name in enumerate(result.classes) if c not in rows]
     if lost:
         title = f"{title}\nnothing found of {', '.join(lost)}".strip()
-    height = 2.5 * max(len(rows), 1) + 1.0
+    height = (_PANEL + _BELOW) * max(len(rows), 1) + _ABOVE
     with mpl.rc_context(FIGURE_STYLE):
         figure = Figure(figsize=(12.5, height), dpi=110, facecolor="white")
         figure.text(0.05, 1 - 0.15 / height, as_drawn(title), ha="left", va="top", fontsize=10)
@@ -42,8 +44,8 @@ def draw_precision_recall(result: AveragePrecision, *, title: str = "") -> Figur
         panels = figure.subplots(
             len(rows), len(METRICS), sharex=True, sharey=True, squeeze=False,
             gridspec_kw={
-                "left": 0.05, "right": 0.985, "bottom": 0.5 / height, "top": 1 - 0.85 / height,
-                "hspace": 0.32, "wspace": 0.1,
+                "left": 0.05, "right": 0.985, "bottom": _BELOW / height, "top": 1 - _ABOVE / height,
+                "hspace": _BELOW / _PANEL, "wspace": 0.1,
             },
         )  # fmt: skip
         for axes_row, c in zip(panels, rows, strict=True):
@@ -76,6 +78,10 @@ def _draw_panel(axes: Axes, result: AveragePrecision, c: int, m: int) -> None:
     axes.set_ylim(0, 1)
     axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "0.25", "0.5", "0.75", "1"])
     if axes.lines:
-        axes.legend(title="AP11 | AP40, %", frameon=False, fontsize=8, title_fontsize=8, loc="best")
+        # Below the panel: inside, a long entry always lies on some curve.
+        axes.legend(
+            title="AP11 | AP40, %", frameon=False, fontsize=8, title_fontsize=8,
+            loc="upper left", bbox_to_anchor=(0.0, -0.55 / _PANEL), borderaxespad=0, borderpad=0,
+        )  # fmt: skip
     else:
         axes.text(0.5, 0.5, "alpha unknown", ha="center", color=FAINT)
