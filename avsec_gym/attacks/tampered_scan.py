@@ -32,6 +32,17 @@ class TamperedScan:
     lost: NDArray[np.bool_]
 
 
+def holds_lidar(to_velodyne: Floats, dimensions: tuple[float, float, float]) -> bool:
+    """Whether the LiDAR would be inside of an object's box.
+
+    Args:
+        to_velodyne: Pose of the object: from its own frame to the velodyne frame, shape (4, 4).
+        dimensions: The box's height, width and length, metres.
+    """
+    sensor, low, high = _box_frame(to_velodyne, dimensions)
+    return bool(((sensor > low) & (sensor < high)).all())
+
+
 def inject_object(
     points: Points, scan: ObjectScan, to_velodyne: Floats, *, rays_lost: bool = False
 ) -> TamperedScan:
@@ -49,7 +60,7 @@ def inject_object(
         ConfigurationError: The LiDAR would be inside of the box.
     """
     sensor, low, high = _box_frame(to_velodyne, scan.dimensions)
-    if ((sensor > low) & (sensor < high)).all():
+    if holds_lidar(to_velodyne, scan.dimensions):
         x, y = to_velodyne[:2, 3].tolist()
         raise ConfigurationError(f"an object at x {x:.2f}, y {y:.2f} m would have the LiDAR in it")
     pasted = scan.points.copy()

@@ -53,7 +53,10 @@ def _distance_to_box(x: float, y: float, x1: float, x2: float, y1: float, y2: fl
 
 @kernel(nogil=True)
 def time_to_aim(x: float, y: float, velocity: float, step: int, goals: GoalArrays) -> float:
-    """commonroad-search's heuristic: seconds to the first goal's box at the present speed."""
+    """commonroad-search's heuristic: seconds to the first goal's box at the present speed.
+
+    Where that goal asks for no place, the time steps until its window begins.
+    """
     if goals.boxes[0, 0] == -np.inf:
         return float(goals.steps[0, 0] - step)
     if abs(velocity) <= 1e-8:
@@ -154,8 +157,11 @@ def _may_reach(
     """Whether a box around reachable places, turned by a heading, meets a goal's box."""
     if bounds[0] > bounds[1]:
         return False
-    turned = (heading + bounds[4] - intervals[g, 0]) % (2.0 * np.pi)
-    if turned > intervals[g, 1] and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
+    # Rounding must not shut out a goal: places and headings may be so much farther apart.
+    small = 1e-9
+    turned = (heading + bounds[4] - intervals[g, 0] + small) % (2.0 * np.pi)
+    beyond = turned > intervals[g, 1] + 2.0 * small
+    if beyond and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
         return False
     if boxes[g, 0] == -np.inf:
         return True
@@ -165,7 +171,6 @@ def _may_reach(
     bx, by = 0.5 * (bounds[0] + bounds[1]), 0.5 * (bounds[2] + bounds[3])
     half_x, half_y = 0.5 * (bounds[1] - bounds[0]), 0.5 * (bounds[3] - bounds[2])
     c, s = abs(cos), abs(sin)
-    small = 1e-9
     # Separating axes: the node's two, then the world's two.
     if abs(cos * gx + sin * gy - bx) > half_x + c * goal_x + s * goal_y + small:
         return False

@@ -47,7 +47,7 @@ class Plan:
         start_speed: Speed at which the plan starts, m/s: the nearest that the primitives know to
             the problem's, where they were given.
         cost: Time from start to goal, s; nan where nothing was found.
-        expanded: Nodes taken from the queue that were not goals; the start counts as one.
+        expanded: Nodes of which the children were made; the start counts as one.
         seconds: Duration of the search, seconds.
         reason: Why nothing was found; None where something was.
         goal_occupied: Time within the goal's window in which believed objects leave no room in the

@@ -41,7 +41,8 @@ _LEAST_TIME = 1e-9
 _ROOM = 2048
 """Nodes to make room for at first."""
 _MOST_KEPT = 2**19
-"""Nodes up to which memory is kept for later searches: all sizes together take 90 MB at most."""
+"""Nodes up to which a thread keeps memory for later searches: at most 92 MB for all sizes, and 84
+MB for those of reference mode."""
 _FEW = 16
 """So many obstacles are faster kept than sorted out."""
 _memories = threading.local()

@@ -19,8 +19,9 @@ _DECIMAL_SECOND = 0.1
 _FARTHEST, _FASTEST = 1e3, 100.0
 """Metres and m/s: farther and faster leads no primitive."""
 _SPEED = _FIELDS.index("velocity")
-_SLACK = 0.5
-"""Metres beyond what the greater of two speeds leads to within a decisecond."""
+_SLACK = 0.05
+"""Metres beyond what the greater of two speeds leads to within a decisecond: enough for any way of
+integrating; those of commonroad-search's generator keep to it exactly."""
 _NOISE = 1e-6
 """m/s: a speed of 0 that was integrated."""
 _ROUNDED = 1e-3

@@ -19,7 +19,7 @@ from avsec_gym.planners.primitives import MotionPrimitives, PrimitiveArrays
 _BINS = 128
 """Headings between -2 pi and 2 pi, kept apart so that boxes need not be rotated."""
 _LARGEST_WORK = 20_000_000
-"""Rough number of updates (about a second) beyond which the table is not worth making."""
+"""Rough number of updates (a fifth of a second) beyond which the table is not worth making."""
 
 
 @lru_cache(maxsize=64)
@@ -39,8 +39,8 @@ def reach_table(primitives: MotionPrimitives, horizon: int) -> Floats:
         return reach_table(primitives.grid, horizon)
     arrays = primitives.arrays
     classes = int(arrays.end_class.max()) + 1
-    shortest = max(1, int(np.median(arrays.steps)))
-    work = classes * (horizon / shortest) * _BINS / 4 * len(arrays.successors) * shortest / 4
+    # Not every heading is reached in every step, nor does every class follow every other.
+    work = classes * horizon * _BINS * len(arrays.successors) / 16
     if work > _LARGEST_WORK:
         return np.zeros((0, horizon + 1, 6))
     return np.asarray(_bounds(arrays, classes, horizon, primitives.vehicle.rear_axle))

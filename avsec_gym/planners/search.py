@@ -235,14 +235,16 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
 
 @kernel(nogil=True)
 def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState) -> None:
-    """Test the ways to the nodes that are still in the queue, for pictures of the tree."""
-    pose, link, items, reference = state.pose, state.link, state.item, problem.reference
+    """Test the ways to all nodes, for pictures of the tree.
+
+    The search tests none that is still in the queue, nor one whose state was expanded before.
+    """
+    pose, link, reference = state.pose, state.link, problem.reference
     steps, states = problem.primitives.steps, problem.primitives.states
     placed, blocks = np.empty((states.shape[1], 5)), edge_blocks(world.edges)
-    for i in range(state.counters[QUEUED]):
-        node = items[i]
+    for node in range(1, state.counters[NODES]):
         parent, own, goal_index = link[node, PARENT], link[node, PRIMITIVE], link[node, GOAL]
-        if node > 0 and not drives_freely(
+        if goal_index != REFUSED and not drives_freely(
             place_of(parent, pose, reference),
             link[parent, STEP],
             own,

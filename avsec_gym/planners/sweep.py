@@ -61,10 +61,10 @@ def may_meet(
     around the whole way, and from the least and greatest speed on it.
 
     Args:
-        x: The rear axle's place at the start, m.
-        y: The same.
+        x: The rear axle's place at the start, to the east, m.
+        y: The rear axle's place at the start, to the north, m.
         cos: Cosine of the heading there.
-        sin: Sine of it.
+        sin: Sine of the heading there.
         step: Time step at which the primitive starts.
         primitive: Number of the primitive.
         count: The last state that counts.
