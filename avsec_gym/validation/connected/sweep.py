@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
@@ -60,6 +60,10 @@ class RollingSweep:
         places, seconds = np.empty((len(points), 3)), np.empty(len(points))
         _compensate(points, self.speed, self.turn_rate, self.period, places, seconds)
         return places, seconds
+
+    def facing_time(self, x: ArrayLike, y: ArrayLike) -> Floats:
+        """When, after the scan's time, the head faces places of its velodyne frame, seconds."""
+        return np.asarray(np.arctan2(y, x) * self.period / (2.0 * np.pi))
 
     def rolled(self, places: Floats) -> Floats:
         """The inverse of `compensated` for things that stand: each in the frame of its own pulse.

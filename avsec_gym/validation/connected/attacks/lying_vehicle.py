@@ -175,7 +175,7 @@ class LyingVehicle:
     def _claim(self) -> bytes:
         shape = grid_shapes(self._regions.grown(MARGIN, MARGIN).size[[self.index]])[0]
         along, across, up = (
-            np.arange(int(low * cells), min(int(high * cells) + 1, cells))
+            np.arange(min(int(low * cells), cells - 1), min(int(high * cells) + 1, cells))
             for (low, high), cells in zip(self.lie.claimed.T.tolist(), shape.tolist(), strict=True)
         )
         columns = along[:, None] * shape[1] + across

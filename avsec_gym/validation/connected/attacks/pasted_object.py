@@ -11,7 +11,7 @@ import numpy as np
 from avsec_gym.argument_checks import flag, label, number, number_range, shown, whole_number
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.object_scan import ObjectScan, cut_out_points, read_object_scan
-from avsec_gym.attacks.tampered_scan import inject_object
+from avsec_gym.attacks.tampered_scan import holds_lidar, inject_object
 from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
@@ -28,9 +28,13 @@ from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 _TRIES = 60
+"""Places that are drawn before there is none."""
 _ROOM = 0.5
 """Metres kept free around a ghost."""
 _NEAREST, _REACH = 0.1, 60.0
+"""Metres from the LiDAR at which a ghost may be asked for."""
+_FEET = 0.4
+"""Metres above a ghost's bottom: what is lower is the ground's, on slopes, too."""
 _TURN = 2 * np.pi
 
 
@@ -126,13 +130,16 @@ class PastedObject:
             near = np.array(taken).reshape(-1, 5)
             if rectangle_iou(_rectangle(ghost)[None], near).any():
                 continue
+            if holds_lidar(pose, pasted.dimensions):
+                continue
             # Few returns above the ground: bushes and walls are no place for a vehicle.
-            if points_in_box(places, pose, pasted.dimensions, feet=0.4) <= _FEW:
+            if points_in_box(places, pose, pasted.dimensions, feet=_FEET) <= _FEW:
                 return pose
         return None
 
 
 _FEW = 3
+"""So many stray returns may be where a ghost is put."""
 
 
 def check_vehicle(vehicle: Any) -> None:
@@ -203,6 +210,7 @@ def _cut(scan: VehicleScan, chosen: SeenObject) -> ObjectScan | None:
 
 
 _SHORTEST, _LONGEST = 3.0, 7.0
+"""Metres: cars and vans, of which scans are cut out."""
 
 
 def _rectangle(seen: SeenObject, margin: float = 0.0) -> Floats:

@@ -21,6 +21,7 @@ from avsec_gym.validation.connected.recordings import RecordedInstant
 _NEAREST, _FARTHEST = 2.0, 200.0
 """Metres from the LiDAR."""
 _MARGIN = 0.15
+"""Metres beyond an object's box in which points are its own: boxes are labelled tightly."""
 _SMEARED = 0.05
 """Seconds of motion by which a moving object may be smeared in a scan."""
 

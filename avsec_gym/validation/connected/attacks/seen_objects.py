@@ -73,8 +73,8 @@ def _labelled(instant: RecordedInstant, vehicle: int) -> list[_Box]:
             continue
         # What moves is where it is when the head faces it.
         place = to_velodyne @ [*each.location, 1.0]
-        turned = np.arctan2(place[1], place[0]) / (2 * np.pi)
-        x, y, heading = each.pose_after(scan.time + turned * scan.sweep.period)
+        faced = scan.time + float(scan.sweep.facing_time(*place[:2]))
+        x, y, heading = each.pose_after(faced)
         pose = to_velodyne @ upright_pose(x, y, each.location[2], heading)
         boxes.append((pose, each.dimensions, each.speed))
     return boxes

@@ -33,13 +33,26 @@ TIME_STEP = 0.002
 """Precision of times in a message, seconds."""
 MOST_BYTES = _HEADER.size + MOST_CLAIMS * _CLAIM.size + 3 * MOST_VOXELS
 """Of a message; what is longer is none."""
+_MOST_TIME_STEPS = 127
+"""A byte, with its sign."""
 _MOST_VOXEL = 1 << 21
 """Voxels of a region that three bytes can number."""
 
 
 def encode_claims(claims: Claims) -> bytes:
-    """A vehicle's claims as a message."""
-    times = np.clip(np.round(claims.time / TIME_STEP), -127, 127).astype(np.int64)
+    """A vehicle's claims as a message.
+
+    Raises:
+        DataError: A region has more voxels than a message can number, or a claim's time is farther
+            from the instant than it can say.
+    """
+    times = np.round(claims.time / TIME_STEP).astype(np.int64)
+    if (np.abs(times) > _MOST_TIME_STEPS).any():
+        raise DataError(
+            f"A claim of {np.abs(claims.time).max():.3f} s beside the instant does not fit into a "
+            f"message, which holds up to {_MOST_TIME_STEPS * TIME_STEP:g} s.",
+            remedy="Compare instants with scans that are taken within half a second of them.",
+        )
     rows = zip(claims.region, _steps(claims), claims.count, times, strict=True)
     header = _HEADER.pack(_FORMAT, len(claims))
     table = b"".join(_CLAIM.pack(region, x, y, count, when) for region, (x, y), count, when in rows)

@@ -171,13 +171,12 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
     step = -(-count // most)
     kept = -(-count // step)
     number = np.arange(kept.sum()) - np.repeat(np.cumsum(kept) - kept, kept)
-    azimuth = np.arctan2(middle[region, 1], middle[region, 0])
     return Claims(
         region,
         velocity[region],
         kept,
         voxel[np.repeat(first, kept) + np.repeat(step, kept) * number],
-        observer.scan.time + azimuth * observer.scan.sweep.period / (2 * np.pi),
+        observer.scan.time + observer.scan.sweep.facing_time(*middle[region, :2].T),
     )
 
 

@@ -16,8 +16,6 @@ from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_l
 CANNOT_TELL = -1
 """An attack of which the rays do not show whose LiDAR it was, or too few vehicles do."""
 NO_ATTACK = -2
-_HOPELESS = -1e9
-"""A score that stands for regions of which nothing is known: they do not alarm."""
 _ACCUSERS = 2
 """Independent vehicles that name a third: a single one that lies convicts none."""
 
@@ -108,7 +106,8 @@ def decide(counts: NDArray[np.int64], rates: RayRates, rule: DecisionRule) -> De
     more = np.maximum(ratio.sum(axis=(1, 2)) + rule.see_through - np.maximum(best, 0), 0)
     score = best - more
     some = decided.any(axis=(1, 2))
-    probability = rule.calibration.probability(np.where(some, score, _HOPELESS))
+    # A region of which nothing is known does not alarm.
+    probability = np.where(some, rule.calibration.probability(np.where(some, score, 0.0)), 0.0)
     share = np.exp(attack - np.where(some, best, 0.0)[:, None])
     share /= np.maximum(share.sum(axis=1, keepdims=True), 1.0)
     ghosts, removals = share[:, :vehicles], share[:, vehicles:]

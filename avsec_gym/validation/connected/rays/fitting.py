@@ -130,6 +130,10 @@ class ScoreProbability:
         return np.asarray(0.5 * (1.0 + np.tanh(0.5 * odds)))
 
 
+_RAREST = 1e-6
+"""Share of attacked regions below which, or above one minus which, odds are no longer numbers."""
+
+
 def fit_calibration(
     scores: ArrayLike, attacked: ArrayLike, prior: float | None = None
 ) -> ScoreProbability:
@@ -142,9 +146,14 @@ def fit_calibration(
             None.
 
     Raises:
-        DataError: Only one kind of regions.
+        DataError: Only one kind of regions, or a score that is not finite.
+        ConfigurationError: A prior of 0 or 1.
     """
+    if prior is not None:
+        prior = number("prior", prior, _RAREST, 1 - _RAREST)
     score, truth = np.asarray(scores, np.float64), np.asarray(attacked, bool)
+    if not np.isfinite(score).all():
+        raise DataError("Scores are finite: leave out regions in which nothing was decidable.")
     ones, zeros = int(truth.sum()), int((~truth).sum())
     if not ones or not zeros:
         raise DataError("A calibration is fitted on attacked and attack-free regions.")

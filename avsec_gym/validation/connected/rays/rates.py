@@ -20,7 +20,8 @@ class RayRates:
     The defaults are what `fit_rates` made of 30 instants of three vehicles of the procedural world
     (positions 0.2 m, headings 0.2 degrees, clocks up to 0.1 s apart).
 
-    For rays that tell nothing of a voxel, as those that end in front of it, there is no chance.
+    For rays that decide nothing about a voxel, as those that end in front of it, there is no
+    chance.
 
     Args:
         support_present: The chance that they end in the region's box, where the claimed object is
@@ -88,7 +89,7 @@ def log_likelihood_ratio(counts: ArrayLike, rates: RayRates) -> Floats:
 
 
 def decidable(counts: ArrayLike, rates: RayRates) -> NDArray[np.bool_]:
-    """Whether testimonies tell of enough rays that returned to decide anything.
+    """Whether testimonies count enough rays that returned to decide anything.
 
     Args:
         counts: Counts as in `WitnessCounts`, shape (..., 3).

@@ -23,6 +23,11 @@ SUPPORT, THROUGH, MISSING, OCCLUDED, NEAR, OUTSIDE = range(6)
 """What a claimed voxel meets in the range image of a witness: a return in the region's box; one
 well behind; no return at all though the sensor looks there; one well in front; one that decides
 nothing; a direction in which the sensor does not look."""
+_WIDEST = 0.1
+"""Radians up to which rays aside of a voxel are looked at, however near it is."""
+_LOWEST_SUPPORT = 0.7 * CLEARANCE
+"""Metres above a region's bottom from which rays support a claim: things are claimed from
+`CLEARANCE` on, and the ground may lie a little lower where the witness sees it."""
 _ROUNDING = 0.01
 """Metres by which distances may differ that are computed in single precision."""
 
@@ -126,8 +131,8 @@ def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -
     if not seen or flat > look.resolved:
         return OUTSIDE
     claimed = np.sqrt(flat * flat + (z - TIP) ** 2)
-    across = min(max(look.reach, look.around[c] / claimed), 0.1)
-    rise = min(max(look.reach, look.least_around / claimed), 0.1)
+    across = min(max(look.reach, look.around[c] / claimed), _WIDEST)
+    rise = min(max(look.reach, look.least_around / claimed), _WIDEST)
     # The box as it stands then, and how far rays may come that end in it.  Azimuths lie up to twice
     # as far apart as directions; where the head's turn ends, neighbours are a whole turn apart.
     box = (
@@ -231,4 +236,4 @@ def _ends_in_box(
     x, y, z = through(pose, end[0], end[1], end[2])
     x, y, z = x - east, y - north, z - up
     along, across = abs(cos * x + sin * y), abs(cos * y - sin * x)
-    return along < half[0] and across < half[1] and 0.7 * CLEARANCE < z < 2.0 * half[2]
+    return along < half[0] and across < half[1] and _LOWEST_SUPPORT < z < 2.0 * half[2]

@@ -18,16 +18,16 @@ class SequentialTest:
     """Page's cumulative sum: ``W_t = max(0, W_(t-1) + clip(x_t) - allowance)``, alarm at `limit`.
 
     The scores of a region's track, or the highest of a vehicle, go in; without one (a frame in
-    which nothing was decidable, NaN) the sum stays.
+    which nothing was decidable: NaN, or minus infinity as of `Decision.score`) the sum stays.
 
     Args:
         limit: Sum from which the test alarms.
-        allowance: What a frame's score must exceed for the sum to rise.
+        allowance: What a frame's score must exceed for the sum to rise; no larger than `clip`.
         clip: Largest size of a frame's score: one frame alone cannot decide, if it is smaller than
             the limit.
 
     Raises:
-        ConfigurationError: A limit or clip that is not positive.
+        ConfigurationError: A limit or clip that is not positive, or an allowance beyond `clip`.
     """
 
     limit: float = 5.0
@@ -35,16 +35,21 @@ class SequentialTest:
     clip: float = 5.0
 
     def __post_init__(self) -> None:
-        if not (self.limit > 0 and self.clip > 0 and np.isfinite(self.allowance)):
-            raise ConfigurationError(f"a sequential test has positive limits, got {self}")
+        if not (self.limit > 0 and self.clip > 0 and abs(self.allowance) <= self.clip):
+            raise ConfigurationError(
+                "a sequential test has a positive limit and clip, and an allowance between -clip "
+                f"and clip, got {self}"
+            )
 
     def sums(self, scores: ArrayLike) -> Floats:
         """The sum after each frame, shape (T,).
 
         Args:
-            scores: Score of each frame, NaN without one, shape (T,).
+            scores: Score of each frame, NaN or minus infinity without one, shape (T,).
         """
-        steps = np.clip(np.nan_to_num(scores, nan=self.allowance), -self.clip, self.clip)
+        given = np.asarray(scores, np.float64)
+        none = np.isnan(given) | np.isneginf(given)
+        steps = np.where(none, self.allowance, np.clip(given, -self.clip, self.clip))
         result = np.zeros(len(steps))
         total = 0.0
         for frame, step in enumerate(steps):

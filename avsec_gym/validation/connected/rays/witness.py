@@ -14,6 +14,8 @@ from avsec_gym.validation.connected.rays.observer import Observer
 from avsec_gym.validation.connected.rays.ray_outcomes import Look, fill_counts, fill_outcomes
 from avsec_gym.validation.connected.regions import Regions
 
+_LEAST_REACH = 1e-4
+"""Radians: narrower is no sensor's beam."""
 _MOST = {
     "reach": 0.1,
     "around": 10.0,
@@ -71,7 +73,7 @@ class WitnessMargins:
 
     def __post_init__(self) -> None:
         for name, most in _MOST.items():
-            number(name, getattr(self, name), 0.0, most)
+            number(name, getattr(self, name), _LEAST_REACH if name == "reach" else 0.0, most)
 
     def apart(self, distance: Floats) -> Floats:
         """Standard deviation of a place that a vehicle sees so far away, metres."""
@@ -81,7 +83,15 @@ class WitnessMargins:
 def _look_of(
     witness: Observer, claims: Claims, regions: Regions, margins: WitnessMargins, since: Floats
 ) -> Look:
-    """How long before the witness' scan: `since`, seconds after the instant, shape (C,)."""
+    """What one witness needs to look at claims.
+
+    Args:
+        witness: Who looks.
+        claims: What is looked at, C claims.
+        regions: The regions of the claims.
+        margins: How far things may lie apart.
+        since: When each claim holds, seconds after the instant, shape (C,).
+    """
     chosen = regions[claims.region]
     away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
     apart = np.sqrt(2.0) * margins.apart(away)

@@ -165,8 +165,7 @@ def _time_between(witness: Observer, claims: Claims, regions: Regions) -> Floats
     centre = regions.centre[claims.region]
     to_sensor = np.linalg.inv(witness.pose)
     x, y = (centre @ to_sensor[:2, :3].T + to_sensor[:2, 3]).T
-    turned = np.arctan2(y, x) / (2 * np.pi)
-    return np.asarray(witness.scan.time + turned * witness.scan.sweep.period - claims.time)
+    return witness.scan.time + witness.scan.sweep.facing_time(x, y) - claims.time
 
 
 def encode_counts(counts: WitnessCounts) -> bytes:
@@ -178,7 +177,7 @@ def encode_counts(counts: WitnessCounts) -> bytes:
 
 
 def most_rows(nbytes: int) -> int:
-    """Number of claims of which a message of so many bytes can tell."""
+    """Number of claims whose counts a message of so many bytes holds."""
     return max(nbytes - _HEADER.size, 0) // _ROW.size
 
 

@@ -8,6 +8,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from avsec_gym.attacks.object_scan import ObjectScan
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, make, names
 from avsec_gym.validation.connected.attacks.attacked_instant import (
@@ -158,3 +159,10 @@ def test_anything_given_for_an_argument_attacks_or_is_refused_when_it_is_made(
             assert argument == "vehicle", value
             assert "there is no vehicle" in str(error)  # noqa: PT017
     assert 0 < made < len(STRANGE) / 2
+
+
+def test_no_ghost_stands_around_the_lidar(instant: RecordedInstant) -> None:
+    tall = ObjectScan(np.array([[-2, 0, 0.5, 0.3]], np.float32), (3.0, 1.8, 4.2), (-10.0, 0.0))
+    for seed in range(5):
+        near = PastedObject(vehicle=0, distance=(1.0, 1.0), scan=tall)
+        assert near.attack(instant, seed) is None

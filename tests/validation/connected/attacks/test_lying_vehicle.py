@@ -204,3 +204,12 @@ def test_colluders_are_others_than_their_victim(street: Search) -> None:
     for numbers in ((), (1, 3)):
         with pytest.raises(ConfigurationError, match="other than their victim 1"):
             Colluders(numbers, lie)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0, 1.7])
+def test_a_lie_at_the_border_of_its_box_claims_one_layer(street: Search, share: float) -> None:
+    numbers = np.full(NUMBERS, 0.5)
+    numbers[[7, 10]] = share
+    result, _ = _lied(street, _roof(street), numbers)
+    assert not result.traffic.refused
+    assert MessageKind.CLAIMS in result.traffic.sent[_LIAR]

@@ -130,3 +130,11 @@ def test_noise_is_no_testimony_or_one_that_fits(noise: bytes) -> None:
             continue
         assert (testimony.region < 4).all()
         assert (testimony.counts.sum(axis=1) <= 120).all()
+
+
+@pytest.mark.parametrize("time", [0.26, -0.45])
+def test_a_time_that_no_message_holds_is_refused(time: float) -> None:
+    one = np.array([1])
+    claims = Claims(np.array([0]), np.zeros((1, 2)), one, np.array([5]), np.array([time]))
+    with pytest.raises(DataError, match="beside the instant"):
+        encode_claims(claims)

@@ -13,6 +13,7 @@ from avsec_gym.validation.connected.rays.decision import (
     DecisionRule,
     decide,
 )
+from avsec_gym.validation.connected.rays.fitting import ScoreProbability
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
 
 _RATES, _RULE = RayRates(), DecisionRule()
@@ -113,3 +114,11 @@ def test_a_rule_that_is_none_is_refused(wrong: dict[str, float]) -> None:
 def test_rates_that_are_none_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ConfigurationError):
         RayRates(**wrong)
+
+
+@pytest.mark.parametrize("calibration", [(0.0, 1.0), (-0.5, 0.0)])
+def test_silence_does_not_alarm_whatever_the_calibration(calibration: tuple[float, float]) -> None:
+    rule = DecisionRule(calibration=ScoreProbability(*calibration))
+    silent = decide(_region(3, {}), _RATES, rule)
+    assert silent.probability.tolist() == [0.0]
+    assert silent.named.tolist() == [NO_ATTACK]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.rays.fitting import (
     LabelledCounts,
     ScoreProbability,
@@ -74,3 +74,11 @@ def test_a_calibration_carries_over_to_another_share_of_attacks() -> None:
     assert rare.slope == even.slope
     assert rare.offset - even.offset == pytest.approx(np.log(0.01 / 0.99))
     assert np.isfinite(even.slope)
+
+
+def test_what_no_calibration_is_fitted_on_is_refused() -> None:
+    with pytest.raises(DataError, match="decidable"):
+        fit_calibration([0.0, 1.0, -np.inf, 3.0], [False, False, False, True])
+    for prior in (0.0, 1.0):
+        with pytest.raises(ConfigurationError, match="prior"):
+            fit_calibration([0.0, 1.0, 2.0, 3.0], [False, False, True, True], prior)

@@ -57,3 +57,13 @@ def test_what_is_no_test_is_refused() -> None:
         PageTest(limit=0.0)
     with pytest.raises(DataError):
         fit_limit([], 0.01)
+
+
+def test_frames_in_which_nothing_was_decidable_leave_the_sum_as_it_is() -> None:
+    assert PageTest().sums([3.0, np.nan, -np.inf, 3.0]).tolist() == [3.0, 3.0, 3.0, 6.0]
+
+
+@pytest.mark.parametrize("allowance", [-6.0, 6.0, np.nan, np.inf])
+def test_an_allowance_beyond_the_clip_is_refused(allowance: float) -> None:
+    with pytest.raises(ConfigurationError, match="allowance"):
+        PageTest(allowance=allowance)

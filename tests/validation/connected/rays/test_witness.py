@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.rays.claims import (
     MARGIN,
     Claims,
@@ -196,3 +197,11 @@ def test_a_vehicle_that_turns_while_it_looks_finds_things_where_they_are(claims:
         support, through, _ = _shares(observe(scan_of([_BOX], pose, sweep=sweep)), claims)
         assert support > 0.6
         assert through < 0.05
+
+
+def test_a_beam_without_width_is_refused_and_the_narrowest_one_looks(claims: Claims) -> None:
+    with pytest.raises(ConfigurationError, match="reach"):
+        WitnessMargins(reach=0.0)
+    narrow = WitnessMargins(reach=1e-4, around=0.0, around_sigmas=0.0)
+    witness = observe(scan_of([_BOX], pose_at(0.0, 0.0, 0.0)))
+    assert len(outcomes(witness, claims, _REGION, narrow)) == claims.count.sum()
