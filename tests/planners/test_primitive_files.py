@@ -192,7 +192,7 @@ def test_states_farther_apart_than_the_vehicle_drives(
     tree = ElementTree.parse(path)
     found = tree.find(f"Trajectories/Trajectory/{place}/{field}")
     assert found is not None
-    found.text = str(float(found.text or 0) + 0.45)
+    found.text = str(float(found.text or 0) + (-0.45 if place == "Initial" else 0.45))
     tree.write(path)
     with pytest.raises(DataError, match=r"some\.xml:.*trajectory 1 moves by .* at 6 m/s"):
         read_primitives(path)
