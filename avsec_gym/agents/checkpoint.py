@@ -31,7 +31,7 @@ _AGAIN = "Begin again in another folder: name another --out."
 
 
 @dataclass(frozen=True)
-class Progress:
+class TrainingProgress:
     """How far a training is.
 
     Args:
@@ -43,7 +43,7 @@ class Progress:
     seconds: float = 0.0
 
 
-def write_checkpoint(folder: Path, learner: Any, progress: Progress) -> None:
+def write_checkpoint(folder: Path, learner: Any, progress: TrainingProgress) -> None:
     """Write where a training stands, over the last one."""
     tensors = {
         _STEPS: torch.tensor(progress.steps),
@@ -64,7 +64,7 @@ def is_finite(learner: Any) -> bool:
     return all(bool(torch.isfinite(value).all()) for value in learner.policy.state_dict().values())
 
 
-def read_checkpoint(folder: Path, learner: Any) -> Progress:
+def read_checkpoint(folder: Path, learner: Any) -> TrainingProgress:
     """Put a fresh learner where a training stands.
 
     Raises:
@@ -88,7 +88,7 @@ def read_checkpoint(folder: Path, learner: Any) -> Progress:
     if getattr(learner, _ENTROPY, None) is not None:
         learner.log_ent_coef.data.copy_(tensors[_ENTROPY])
     _fill_buffer(getattr(learner, "replay_buffer", None), tensors)
-    progress = Progress(int(tensors[_STEPS]), float(tensors[_SECONDS]))
+    progress = TrainingProgress(int(tensors[_STEPS]), float(tensors[_SECONDS]))
     learner.num_timesteps = progress.steps
     return progress
 

@@ -23,7 +23,7 @@ from avsec_gym.agents.agent_folder import (
 )
 from avsec_gym.agents.checkpoint import (
     CHECKPOINT,
-    Progress,
+    TrainingProgress,
     is_finite,
     read_checkpoint,
     write_checkpoint,
@@ -42,7 +42,7 @@ _SECONDS_BETWEEN_CHECKPOINTS = 60.0
 
 
 @dataclass(frozen=True)
-class Sitting:
+class TrainingSitting:
     """What to do in one sitting.
 
     Args:
@@ -63,7 +63,7 @@ def train_agent(
     configuration: AgentConfiguration,
     out: Path,
     seed: int,
-    sitting: Sitting,
+    sitting: TrainingSitting,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> AgentCard:
     """Train, or go on training; the folder holds the agent then, finished or not.
@@ -93,7 +93,7 @@ def train_agent(
         torch.set_num_threads(sitting.threads)
         with naming_the_file(configuration):
             learner = make_learner(configuration, seed)
-        before = read_checkpoint(out, learner) if begun else Progress()
+        before = read_checkpoint(out, learner) if begun else TrainingProgress()
         if not begun:
             write_configuration(out, configuration, seed)
         _log_to_tensorboard(learner, out)
@@ -127,8 +127,8 @@ class _Watch(BaseCallback):
     def __init__(
         self,
         out: Path,
-        before: Progress,
-        sitting: Sitting,
+        before: TrainingProgress,
+        sitting: TrainingSitting,
         on_progress: Callable[[int, int], None],
     ) -> None:
         super().__init__()
@@ -164,7 +164,7 @@ class _Watch(BaseCallback):
 
     def _note(self) -> None:
         seconds = self._before.seconds + time.monotonic() - self._begun
-        self.progress = Progress(int(self.num_timesteps), seconds)
+        self.progress = TrainingProgress(int(self.num_timesteps), seconds)
 
 
 def _log_to_tensorboard(learner: Any, out: Path) -> None:
@@ -177,7 +177,7 @@ def _log_to_tensorboard(learner: Any, out: Path) -> None:
         learner.set_logger(configure(str(out / TENSORBOARD), ["tensorboard"]))
 
 
-def _diverged(out: Path, progress: Progress) -> ConfigurationError:
+def _diverged(out: Path, progress: TrainingProgress) -> ConfigurationError:
     return ConfigurationError(
         f"the training in {out} has diverged after {progress.steps:,} steps or a little later:"
         " weights are not finite any more; give a lower learning_rate, or a max_grad_norm"
@@ -218,7 +218,10 @@ def _check_folder(configuration: AgentConfiguration, out: Path, seed: int, resum
 
 
 def _card(
-    configuration: AgentConfiguration, seed: int, sitting: Sitting, progress: Progress
+    configuration: AgentConfiguration,
+    seed: int,
+    sitting: TrainingSitting,
+    progress: TrainingProgress,
 ) -> AgentCard:
     from importlib.metadata import version
 

@@ -45,7 +45,7 @@ _ATTACKED, _DECIDABLE, _ALARM = "attacked", "decidable", "alarm"
 _ACCUSED, _SCORE, _ANSWER = "honest accused", "score", "answer"
 
 
-class Answer(IntEnum):
+class Naming(IntEnum):
     """What a validator makes of an attack, by the regions that are about it."""
 
     NONE = 0
@@ -134,12 +134,12 @@ class _State:
     def share(self, name: str) -> Share:
         return share_of([value > 0 for value in self.values[name]], self.places)
 
-    def answers(self, *answers: Answer) -> Share:
+    def answers(self, *answers: Naming) -> Share:
         return share_of([value in answers for value in self.values[_ANSWER]], self.places)
 
 
 def _attacked_row(kind: AttackKind, state: _State, clean: _State) -> InstantsRow:
-    decidable, alarmed = state.decidable, [each for each in Answer if each != Answer.NONE]
+    decidable, alarmed = state.decidable, [each for each in Naming if each != Naming.NONE]
     scores, of_clean = decidable.scores, clean.scores
     area = roc_area(scores, of_clean)
     threshold = threshold_at(of_clean.scores, FALSE_ALARMS)
@@ -151,9 +151,9 @@ def _attacked_row(kind: AttackKind, state: _State, clean: _State) -> InstantsRow
         detected=state.answers(*alarmed),
         decidable=state.share(_DECIDABLE),
         of_decidable=decidable.answers(*alarmed),
-        victim=state.answers(Answer.VICTIM),
-        another=state.answers(Answer.ANOTHER),
-        cannot_tell=state.answers(Answer.CANNOT_TELL),
+        victim=state.answers(Naming.VICTIM),
+        another=state.answers(Naming.ANOTHER),
+        cannot_tell=state.answers(Naming.CANNOT_TELL),
         area=Estimate(area.value, area.interval),
         at_rate=share_of(scores.scores > threshold, scores.clusters),
     )
@@ -237,13 +237,13 @@ class BenchmarkInstants:
         return bool((attacked.regions(result.regions) & result.decidable).any())
 
 
-def _answer(judged: JudgedRegions, about: Any, victim: int) -> Answer:
+def _answer(judged: JudgedRegions, about: Any, victim: int) -> Naming:
     named = set(judged.named[about].tolist()) - {NO_ATTACK}
     if named - {victim, CANNOT_TELL}:
-        return Answer.ANOTHER
+        return Naming.ANOTHER
     if victim in named:
-        return Answer.VICTIM
-    return Answer.CANNOT_TELL if named else Answer.NONE
+        return Naming.VICTIM
+    return Naming.CANNOT_TELL if named else Naming.NONE
 
 
 BENCHMARK_INSTANTS = Experiment(

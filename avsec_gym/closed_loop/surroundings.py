@@ -51,7 +51,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True, eq=False)
-class Actors:
+class ActorStates:
     """All actors of a scene at one instant, in the order of its tracks; N of them.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 from highway_env.road.road import Road
 from numpy.typing import NDArray
 
-from avsec_gym.closed_loop.surroundings import Actors, Surroundings
+from avsec_gym.closed_loop.surroundings import ActorStates, Surroundings
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.closed_loop.vehicles import ReactingVehicle, RecordedVehicle
 from avsec_gym.geometry import Floats
@@ -103,5 +103,5 @@ class RoadTraffic:
             elapsed: Seconds since the start of the drive.
             intention: Where the car wants to go.
         """
-        actors = Actors(self.poses(), self.speeds(), self.present)
+        actors = ActorStates(self.poses(), self.speeds(), self.present)
         return actors.around(self.scene, state, elapsed, intention)

@@ -55,12 +55,12 @@ class AgentsTrain:
         from avsec_gym.agents.agent_folder import load_agent, write_agent_card
         from avsec_gym.agents.comparison import held_out_result
         from avsec_gym.agents.configuration import configuration_of
-        from avsec_gym.agents.training import Sitting, train_agent
+        from avsec_gym.agents.training import TrainingSitting, train_agent
 
         self._check()
         configuration = configuration_of(self.env, self.algo, self.config)
         steps = configuration.n_timesteps if self.steps is None else self.steps
-        sitting = Sitting(steps, self.minutes, self.resume, self.threads)
+        sitting = TrainingSitting(steps, self.minutes, self.resume, self.threads)
         with console.progress("training") as shown:
             card = train_agent(configuration, self.out, self.seed, sitting, shown)
         if self.episodes:

@@ -26,7 +26,7 @@ from avsec_gym.scenario.scene import Motion
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.validation.response import Response
 
-Environment = TypeVar("Environment")
+_Environment = TypeVar("_Environment")
 _KNOWS_NOTHING = (
     "an attack by gradient needs a detector that it knows: name the judged one, such as "
     'detector="dsgn", or another one, such as '
@@ -179,7 +179,7 @@ def takes_parts(
     refused: Mapping[str, str] = MappingProxyType({}),
     renamed: Mapping[str, str] = MappingProxyType({}),
     **defaults: Any,
-) -> Callable[[type[Environment]], type[Environment]]:
+) -> Callable[[type[_Environment]], type[_Environment]]:
     """Let an environment, whose constructor ends in ``**parts``, show the parts that it takes.
 
     Args:
@@ -190,7 +190,7 @@ def takes_parts(
     """
     taken = TakenParts(agent, refused, defaults, renamed)
 
-    def decorate(environment: type[Environment]) -> type[Environment]:
+    def decorate(environment: type[_Environment]) -> type[_Environment]:
         own = signature(environment.__init__).parameters.values()
         shown = [each for each in own if each.kind != Parameter.VAR_KEYWORD][1:]
         shown = [each.replace(kind=Parameter.KEYWORD_ONLY) for each in shown]

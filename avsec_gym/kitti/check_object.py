@@ -13,7 +13,7 @@ from avsec_gym.kitti.dataset import file_suffix, layout_folders
 from avsec_gym.kitti.label_folders import is_id
 from avsec_gym.kitti.labels import read_detections, read_labels
 from avsec_gym.kitti.layouts import KittiLayout, object_folders
-from avsec_gym.kitti.report import Files, Look, Sizes, Survey
+from avsec_gym.kitti.report import FileCheck, Files, Sizes, Survey
 from avsec_gym.kitti.sensor_files import check_scan_size, read_image, read_image_size, read_points
 from avsec_gym.kitti.splits import read_raw_mapping, read_split
 from avsec_gym.storage.regular_files import is_folder
@@ -49,7 +49,7 @@ def check_text_folder(survey: Survey, folder: Path) -> None:
     survey.look_at([Files(folder, _frames(survey, folder, ".txt"), look)])
 
 
-def look_at_image(deep: bool) -> Look:
+def look_at_image(deep: bool) -> FileCheck:
     """Looks at an image's header and end, or at all of it."""
 
     def look(path: Path, _: Counter[str], sizes: Sizes) -> None:
@@ -60,7 +60,7 @@ def look_at_image(deep: bool) -> Look:
     return look
 
 
-def look_at_scan(deep: bool) -> Look:
+def look_at_scan(deep: bool) -> FileCheck:
     """Looks at a scan's size, or at all of it."""
 
     def look(path: Path, _: Counter[str], __: Sizes) -> None:
@@ -76,10 +76,10 @@ def look_at_calibration(path: Path, _: Counter[str], __: Sizes) -> None:
     read_calibration(path)
 
 
-def _look(folder: str, deep: bool) -> Look:
+def _look(folder: str, deep: bool) -> FileCheck:
     if folder == "velodyne":
         return look_at_scan(deep)
-    looks: dict[str, Look] = {"label_2": _look_at_label, "calib": _look_at_pair}
+    looks: dict[str, FileCheck] = {"label_2": _look_at_label, "calib": _look_at_pair}
     return looks.get(folder) or look_at_image(deep)
 
 

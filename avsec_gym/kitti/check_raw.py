@@ -10,7 +10,7 @@ from avsec_gym.kitti.check_object import look_at_image, look_at_scan
 from avsec_gym.kitti.oxts import read_oxts
 from avsec_gym.kitti.raw import OXTS, TRACKLETS, VELODYNE, Drive, find_raw
 from avsec_gym.kitti.raw_calibration import CALIBRATION_FILES, IMU_FILE, read_raw_calibration
-from avsec_gym.kitti.report import Files, Look, Sizes, Survey
+from avsec_gym.kitti.report import FileCheck, Files, Sizes, Survey
 from avsec_gym.kitti.timestamps import read_timestamps
 from avsec_gym.kitti.tracklets import read_tracklets
 from avsec_gym.storage.regular_files import is_file
@@ -70,7 +70,7 @@ def _sensors(survey: Survey, drive: Drive, deep: bool) -> list[Files]:
         folder = drive.folder / sensor / "data"
         paths = [drive.path(sensor, number) for number in numbers]
         survey.note_others(folder, sorted(set(folder.iterdir()) - set(paths)))
-        looks: dict[str, Look] = {VELODYNE: look_at_scan(deep), OXTS: _look_at_oxts}
+        looks: dict[str, FileCheck] = {VELODYNE: look_at_scan(deep), OXTS: _look_at_oxts}
         groups.append(Files(folder, paths, looks.get(sensor) or look_at_image(deep)))
     others = sorted(drive.folder.glob("*/timestamps*.txt"))
     others += [path for path in [drive.folder / TRACKLETS] if is_file(path)]

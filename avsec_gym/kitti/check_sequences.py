@@ -15,7 +15,7 @@ from avsec_gym.kitti.layouts import tracking_folders
 from avsec_gym.kitti.number_tables import read_numbers
 from avsec_gym.kitti.odometry import KittiOdometry, OdometrySequence
 from avsec_gym.kitti.oxts import read_oxts_table
-from avsec_gym.kitti.report import Files, Look, Sizes, Survey
+from avsec_gym.kitti.report import FileCheck, Files, Sizes, Survey
 from avsec_gym.kitti.sensor_files import read_image, read_image_size
 from avsec_gym.kitti.tracking import read_tracking_labels
 from avsec_gym.kitti.tracking_sequences import TrackingSequence, sequence_names
@@ -32,7 +32,7 @@ def check_tracking(survey: Survey, *, deep: bool) -> None:
         if half.name == tracking_sequences.LABELS:
             groups.append(_texts(survey, half, _look_at_labels))
             continue
-        texts: dict[str, Look] = {
+        texts: dict[str, FileCheck] = {
             tracking_sequences.LABELS: _look_at_labels,
             tracking_sequences.CALIBRATION: look_at_calibration,
             tracking_sequences.OXTS: _look_at_oxts,
@@ -78,7 +78,7 @@ def check_odometry(survey: Survey, *, deep: bool) -> None:
     _compare(survey, "", sequences, (("image_2", "image_3"), ("image_2", "velodyne")))
 
 
-def _texts(survey: Survey, folder: Path, look: Look) -> Files:
+def _texts(survey: Survey, folder: Path, look: FileCheck) -> Files:
     """A file for each sequence; what else lies there becomes a note."""
     every = sorted(folder.iterdir())
     sequences = [path for path in every if _SEQUENCE_FILE.fullmatch(path.name)]
@@ -102,7 +102,7 @@ def _sensors(
     return groups
 
 
-def _look_at_image(deep: bool) -> Look:
+def _look_at_image(deep: bool) -> FileCheck:
     """As of the object benchmark, but frames of all sequences are named alike."""
 
     def look(path: Path, _: Counter[str], sizes: Sizes) -> None:

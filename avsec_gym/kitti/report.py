@@ -15,7 +15,7 @@ Progress = Callable[[int, int], None]
 """Called with the files done and the files in all."""
 Sizes = dict[str, tuple[int, int]]
 """Width and height of images by the stem of their names."""
-Look = Callable[[Path, Counter[str], Sizes], None]
+FileCheck = Callable[[Path, Counter[str], Sizes], None]
 """Looks at a file; adds its objects by category, and its size if it is an image."""
 
 
@@ -88,7 +88,7 @@ class Files:
 
     folder: Path
     paths: Sequence[Path]
-    look: Look
+    look: FileCheck
 
 
 class Survey:

@@ -21,7 +21,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision_curves import (
-    Counts,
+    Integers,
     average_precisions,
     best_average_precisions,
     draw_resamples,
@@ -65,7 +65,7 @@ class AveragePrecision:
     classes: tuple[str, ...]
     min_iou: Floats
     """Shape (C, 4)."""
-    labels: Counts
+    labels: Integers
     """How many labels there were to find, shape (C, 3); without any, precision is 0."""
     precision: Floats
     """The best at each recall 0, 1/40, ..., 1 or beyond, in [0, 1], shape (C, 4, 3, 41).
@@ -181,7 +181,7 @@ def average_precision(
     samples = draw_resamples(len(names), resamples, seed)[:, group] if resamples else None
     tasks = list(product(range(len(classes)), range(len(LEVELS)), range(3)))
 
-    def score(task: tuple[int, int, int]) -> tuple[Floats, Floats | None, Counts]:
+    def score(task: tuple[int, int, int]) -> tuple[Floats, Floats | None, Integers]:
         """Precision and orientation (2, 41), their resamples (R, 2, 2), labels of each frame."""
         number, level, metric = task
         category = classes[number]

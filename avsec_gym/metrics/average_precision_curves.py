@@ -19,10 +19,12 @@ AP11_SLOTS, AP40_SLOTS = slice(0, None, 4), slice(1, None)
 FEWEST_LABELS = 41
 """As many labels can fill all recalls; with fewer, perfect detections do not reach 100 percent."""
 
-Counts = NDArray[np.int64]
+Integers = NDArray[np.int64]
 
 
-def precision_at_recalls(events: Events, labels: Counts, weights: Counts | None = None) -> Floats:
+def precision_at_recalls(
+    events: Events, labels: Integers, weights: Integers | None = None
+) -> Floats:
     """Precision and orientation similarity, the best at each recall or beyond.
 
     Args:
@@ -67,14 +69,14 @@ def best_average_precisions(labels: int) -> tuple[float, float]:
     return ap11, ap40
 
 
-def draw_resamples(frames: int, count: int, seed: int) -> Counts:
+def draw_resamples(frames: int, count: int, seed: int) -> Integers:
     """How often each frame is drawn, with replacement, shape (count, frames)."""
     generator = np.random.default_rng(seed)
     drawn = generator.integers(0, frames, (count, frames))
     return np.stack([np.bincount(row, minlength=frames) for row in drawn])
 
 
-def resampled(events: Events, labels: Counts, resamples: Counts) -> Floats:
+def resampled(events: Events, labels: Integers, resamples: Integers) -> Floats:
     """AP11 and AP40 in percent of each resample, of precision and of orientation.
 
     Args:
@@ -91,7 +93,7 @@ def resampled(events: Events, labels: Counts, resamples: Counts) -> Floats:
 
 
 @kernel(nogil=True)
-def _resample(events: Events, labels: Counts, resamples: Counts) -> Floats:
+def _resample(events: Events, labels: Integers, resamples: Integers) -> Floats:
     """`_precision` of each resample, shape (R, 2, 41)."""
     result = np.empty((len(resamples), 2, SLOTS))
     for i in range(len(resamples)):
@@ -102,7 +104,7 @@ def _resample(events: Events, labels: Counts, resamples: Counts) -> Floats:
 
 
 @kernel(nogil=True)
-def _precision(events: Events, labels: Counts, weights: Counts) -> Floats:
+def _precision(events: Events, labels: Integers, weights: Integers) -> Floats:
     """See `precision_at_recalls`.
 
     Invariant: cuts and events both fall in score, so that each event is added once.
@@ -131,7 +133,7 @@ def _precision(events: Events, labels: Counts, weights: Counts) -> Floats:
 
 
 @kernel(nogil=True)
-def _cuts(events: Events, labels: Counts, weights: Counts) -> Floats:
+def _cuts(events: Events, labels: Integers, weights: Integers) -> Floats:
     """The scores, best first, at which recall comes closest to 0, 1/40, 2/40, ...
 
     The recall aimed at is summed up as the development kit does: its rounding decides ties.

@@ -46,11 +46,11 @@ def read_agent_configuration(folder: Path) -> Any:
 def agent(folder: Path) -> None:
     """An agent that has begun to learn."""
     from avsec_gym.agents.configuration import configuration_of
-    from avsec_gym.agents.training import Sitting, train_agent
+    from avsec_gym.agents.training import TrainingSitting, train_agent
 
     agent_configuration(folder)
     configuration = configuration_of(AGENT_ENVIRONMENT, "sac", folder / "sac.yml")
-    train_agent(configuration, folder / "agent", 0, Sitting(16))
+    train_agent(configuration, folder / "agent", 0, TrainingSitting(16))
 
 
 def read_agent(folder: Path) -> Any:
@@ -72,10 +72,10 @@ def read_agent(folder: Path) -> Any:
 def read_training(folder: Path) -> Any:
     """As `avsec agents train --resume` does: gone on with for a few steps."""
     from avsec_gym.agents.configuration import configuration_of
-    from avsec_gym.agents.training import Sitting, train_agent
+    from avsec_gym.agents.training import TrainingSitting, train_agent
 
     configuration = configuration_of(AGENT_ENVIRONMENT, "sac", folder / "sac.yml")
-    return train_agent(configuration, folder / "agent", 0, Sitting(20, resume=True))
+    return train_agent(configuration, folder / "agent", 0, TrainingSitting(20, resume=True))
 
 
 def drives(folder: Path) -> None:

@@ -59,7 +59,7 @@ class Ranking:
 
 
 @dataclass(frozen=True)
-class LoopSetting:
+class LoopSettingRates:
     """A setting.
 
     Args:
@@ -99,7 +99,7 @@ class LoopTable:
     """
 
     clusters: int
-    settings: Sequence[LoopSetting]
+    settings: Sequence[LoopSettingRates]
     ranking: Ranking
     truth_at_fault: Sequence[CollisionAtFault]
 
@@ -128,7 +128,9 @@ def table(folder: Path) -> LoopTable:
     attacked = [name for name in settings if name not in (TRUTH, BLIND)]
     return LoopTable(
         clusters=len({cluster(row) for row in rows}),
-        settings=[LoopSetting(each, _first_plan(rows, each.setting, cluster)) for each in summary],
+        settings=[
+            LoopSettingRates(each, _first_plan(rows, each.setting, cluster)) for each in summary
+        ],
         ranking=ranking(rows, attacked, cluster),
         truth_at_fault=_explained(folder, rows),
     )

@@ -14,7 +14,7 @@ from torch import Tensor
 from avsec_gym.agents.checkpoint import CHECKPOINT, misfit, read_checkpoint
 from avsec_gym.agents.configuration import AgentConfiguration
 from avsec_gym.agents.learner import make_learner
-from avsec_gym.agents.training import Sitting, train_agent
+from avsec_gym.agents.training import TrainingSitting, train_agent
 from avsec_gym.errors import ConfigurationError, DataError
 
 SCENES = {"scenarios": {"name": "layouts", "seed": 0, "count": 4}}
@@ -43,7 +43,7 @@ def trained(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[AgentConfiguration, Path]:
     out = tmp_path_factory.mktemp("agent")
-    train_agent(request.param, out, 0, Sitting(16))
+    train_agent(request.param, out, 0, TrainingSitting(16))
     return request.param, out
 
 
@@ -85,7 +85,7 @@ def test_squares_and_counters_are_not_negative(trained: Trained) -> None:
 
 
 def test_places_in_the_buffer_are_places(tmp_path: Path) -> None:
-    train_agent(SAC, tmp_path, 0, Sitting(16))
+    train_agent(SAC, tmp_path, 0, TrainingSitting(16))
     learner, sound = make_learner(SAC, 0), load_file(tmp_path / CHECKPOINT)
     for place in ([15, 0], [-1, 0], [2**62, 1], [3, 2]):
         position = torch.tensor(place)
@@ -116,5 +116,5 @@ def test_a_training_that_diverges_ends_by_saying_so(
     kind = type(make_learner(configuration, 0))
     monkeypatch.setattr(kind, "train", spoilt)
     with pytest.raises(ConfigurationError, match=f"{tmp_path} has diverged"):
-        train_agent(configuration, tmp_path, 0, Sitting(40))
+        train_agent(configuration, tmp_path, 0, TrainingSitting(40))
     assert not (tmp_path / CHECKPOINT).exists(), "nothing to go on with"

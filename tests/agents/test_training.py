@@ -20,7 +20,7 @@ from avsec_gym.agents.agent_folder import CARD, CONFIG, WEIGHTS, load_agent, rea
 from avsec_gym.agents.checkpoint import CHECKPOINT, read_checkpoint
 from avsec_gym.agents.configuration import AgentConfiguration, configuration_of
 from avsec_gym.agents.learner import make_learner, single
-from avsec_gym.agents.training import Sitting, train_agent
+from avsec_gym.agents.training import TrainingSitting, train_agent
 from avsec_gym.agents.yaml_files import read_yaml
 from avsec_gym.errors import ConfigurationError, DataError
 
@@ -53,7 +53,7 @@ SAC = AgentConfiguration(
 def test_a_training_goes_on_where_it_stopped(
     configuration: AgentConfiguration, tmp_path: Path
 ) -> None:
-    half = train_agent(configuration, tmp_path, 3, Sitting(32))
+    half = train_agent(configuration, tmp_path, 3, TrainingSitting(32))
     assert (half.steps, half.finished) == (32, True)
     again = make_learner(configuration, 3)
     assert read_checkpoint(tmp_path, again).steps == 32
@@ -67,7 +67,7 @@ def test_a_training_goes_on_where_it_stopped(
         assert again.replay_buffer.size() == 15  # 30 for 2 environments; 16 were seen.
         assert again.replay_buffer.full
         assert again.log_ent_coef.item() != 0
-    whole = train_agent(configuration, tmp_path, 3, Sitting(64, resume=True))
+    whole = train_agent(configuration, tmp_path, 3, TrainingSitting(64, resume=True))
     assert (whole.steps, whole.finished) == (64, True)
     assert whole.sha256 != half.sha256
 
@@ -75,8 +75,8 @@ def test_a_training_goes_on_where_it_stopped(
 def test_tensorboard_sees_a_training_in_all_its_sittings(tmp_path: Path) -> None:
     name = "tensorboard.backend.event_processing.event_accumulator"
     event_accumulator = pytest.importorskip(name)
-    train_agent(PPO, tmp_path, 3, Sitting(64))
-    train_agent(PPO, tmp_path, 3, Sitting(128, resume=True))
+    train_agent(PPO, tmp_path, 3, TrainingSitting(64))
+    train_agent(PPO, tmp_path, 3, TrainingSitting(128, resume=True))
     found = event_accumulator.EventAccumulator(str(tmp_path / training.TENSORBOARD))
     found.Reload()
     assert {"rollout/ep_rew_mean", "train/loss"} <= set(found.Tags()["scalars"])
@@ -89,14 +89,14 @@ def test_time_is_up_and_nothing_is_lost(tmp_path: Path, monkeypatch: pytest.Monk
     # A clock that goes on by 10 ms whenever it is looked at, however busy the machine is.
     clock = SimpleNamespace(monotonic=partial(next, count(step=0.01)))
     monkeypatch.setattr("avsec_gym.agents.training.time", clock)
-    card = train_agent(PPO, tmp_path, 0, Sitting(10_000, minutes=1e-6))
+    card = train_agent(PPO, tmp_path, 0, TrainingSitting(10_000, minutes=1e-6))
     assert not card.finished
     assert card.steps == 0, "the first rollout had not begun"
-    card = train_agent(PPO, tmp_path, 0, Sitting(10_000, minutes=0.01, resume=True))
+    card = train_agent(PPO, tmp_path, 0, TrainingSitting(10_000, minutes=0.01, resume=True))
     assert not card.finished
     assert 0 < card.steps < 10_000
     assert card.steps % 32 == 0, "whole rollouts"
-    more = train_agent(PPO, tmp_path, 0, Sitting(card.steps + 32, resume=True))
+    more = train_agent(PPO, tmp_path, 0, TrainingSitting(card.steps + 32, resume=True))
     assert (more.steps, more.finished) == (card.steps + 32, True)
 
 
@@ -109,26 +109,26 @@ def test_an_interrupted_training_keeps_what_it_learned(tmp_path: Path) -> None:
         return shown
 
     with pytest.raises(KeyboardInterrupt):
-        train_agent(PPO, tmp_path, 0, Sitting(640), interrupt(100))
+        train_agent(PPO, tmp_path, 0, TrainingSitting(640), interrupt(100))
     assert read_checkpoint(tmp_path, make_learner(PPO, 0)).steps == 96
-    assert train_agent(PPO, tmp_path, 0, Sitting(128, resume=True)).finished
+    assert train_agent(PPO, tmp_path, 0, TrainingSitting(128, resume=True)).finished
 
 
 def test_another_training_is_not_gone_on_with(tmp_path: Path) -> None:
-    train_agent(PPO, tmp_path, 0, Sitting(32))
+    train_agent(PPO, tmp_path, 0, TrainingSitting(32))
     with pytest.raises(DataError, match="--resume"):
-        train_agent(PPO, tmp_path, 0, Sitting(32))
+        train_agent(PPO, tmp_path, 0, TrainingSitting(32))
     with pytest.raises(DataError, match="differs in seed"):
-        train_agent(PPO, tmp_path, 1, Sitting(32, resume=True))
+        train_agent(PPO, tmp_path, 1, TrainingSitting(32, resume=True))
     other = replace(PPO, n_envs=5, arguments=PPO.arguments | {"gamma": 0.5})
     with pytest.raises(DataError, match="differs in gamma, n_envs"):
-        train_agent(other, tmp_path, 0, Sitting(32, resume=True))
+        train_agent(other, tmp_path, 0, TrainingSitting(32, resume=True))
 
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("agent")
-    train_agent(PPO, out, 0, Sitting(32))
+    train_agent(PPO, out, 0, TrainingSitting(32))
     return out
 
 
@@ -190,7 +190,7 @@ def test_the_file_of_a_configuration_that_cannot_be_is_named(tmp_path: Path) -> 
     )
     odd = configuration_of("GhostObject-v0", "ppo", path)
     with pytest.raises(DataError, match=r"odd\.yml: The entry avsec/GhostObject-v0: "):
-        train_agent(odd, tmp_path / "agent", 0, Sitting(8))
+        train_agent(odd, tmp_path / "agent", 0, TrainingSitting(8))
 
 
 def test_weights_of_another_agent_are_refused(trained: Path, tmp_path: Path) -> None:
@@ -203,17 +203,17 @@ def test_weights_of_another_agent_are_refused(trained: Path, tmp_path: Path) -> 
 
 
 def test_a_damaged_checkpoint_is_refused(tmp_path: Path) -> None:
-    train_agent(PPO, tmp_path, 0, Sitting(32))
+    train_agent(PPO, tmp_path, 0, TrainingSitting(32))
     weights = (tmp_path / WEIGHTS).read_bytes()
     (tmp_path / CHECKPOINT).write_bytes(weights)
     with pytest.raises(DataError, match="of another configuration"):
-        train_agent(PPO, tmp_path, 0, Sitting(64, resume=True))
+        train_agent(PPO, tmp_path, 0, TrainingSitting(64, resume=True))
 
 
 def test_arguments_that_do_not_fit_are_a_usage_error(tmp_path: Path) -> None:
     odd = replace(PPO, policy="CnnPolicy")
     with pytest.raises(ConfigurationError, match="does not fit"):
-        train_agent(odd, tmp_path, 0, Sitting(8))
+        train_agent(odd, tmp_path, 0, TrainingSitting(8))
 
 
 def test_long_trainings_leave_checkpoints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -222,5 +222,5 @@ def test_long_trainings_leave_checkpoints(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(
         training, "write_checkpoint", lambda out, learner, progress: written.append(progress.steps)
     )
-    train_agent(PPO, tmp_path, 0, Sitting(96))
+    train_agent(PPO, tmp_path, 0, TrainingSitting(96))
     assert written == [0, 32, 64, 96]

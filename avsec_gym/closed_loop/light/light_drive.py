@@ -17,7 +17,7 @@ from avsec_gym.closed_loop.drive_record import (
 from avsec_gym.closed_loop.light.advance import COLLISION, GOAL, OFF_ROAD, Aim, Reached, advance
 from avsec_gym.closed_loop.light.road_table import RoadTable, road_table
 from avsec_gym.closed_loop.light.traffic_table import TrafficTable, traffic_table
-from avsec_gym.closed_loop.surroundings import Actors, Surroundings
+from avsec_gym.closed_loop.surroundings import ActorStates, Surroundings
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.intention import Intention
@@ -163,7 +163,7 @@ class LightDrive:
     def surroundings(self) -> Surroundings:
         """The truth at the present instant."""
         traffic, frame = self.place.traffic, self.reached.frame
-        actors = Actors(traffic.poses[frame], traffic.speeds[frame], traffic.present[frame])
+        actors = ActorStates(traffic.poses[frame], traffic.speeds[frame], traffic.present[frame])
         return actors.around(self.place.scene, self.state, self.elapsed, self.intention)
 
     def log(self) -> DriveLog:

@@ -37,10 +37,10 @@ class TrainableDetector(Protocol):
         ...
 
 
-Detector = TypeVar("Detector", bound=TrainableDetector)
+_Detector = TypeVar("_Detector", bound=TrainableDetector)
 
 
-class DetectionTask(StereoTask, Generic[Detector]):
+class DetectionTask(StereoTask, Generic[_Detector]):
     """The part of a `Task` that does not depend on what of a pair a detector takes.
 
     A task states its measures, its `losses`, and how detections of a validation batch are `found`.
@@ -61,7 +61,7 @@ class DetectionTask(StereoTask, Generic[Detector]):
 
     def __init__(
         self,
-        detector: Detector,
+        detector: _Detector,
         categories: Sequence[str],
         training: StereoSamples,
         validation: StereoSamples,

@@ -33,11 +33,11 @@ class ScanDetector(Protocol):
         ...
 
 
-Detector = TypeVar("Detector", bound=ScanDetector)
+_Detector = TypeVar("_Detector", bound=ScanDetector)
 Samples = TypeVar("Samples", bound=LabelledFrames)
 
 
-class ScanTask(Generic[Detector, Samples]):
+class ScanTask(Generic[_Detector, Samples]):
     """The part of a `Task` that does not depend on how a network takes its scans.
 
     Args:
@@ -55,7 +55,7 @@ class ScanTask(Generic[Detector, Samples]):
 
     def __init__(
         self,
-        detector: Detector,
+        detector: _Detector,
         training: Samples,
         validation: Samples,
         augmentation: Augmentation,

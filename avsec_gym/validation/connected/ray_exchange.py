@@ -29,7 +29,7 @@ from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.traffic import MessageKind, SentMessages
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
-Motion = Callable[[Regions], Floats]
+RegionVelocities = Callable[[Regions], Floats]
 """How fast what is in each region moves by a vehicle's own tracking: along the world's x and y,
 m/s, shape (R, 2)."""
 
@@ -57,7 +57,7 @@ def exchange_rays(
     margins: WitnessMargins,
     traffic: SentMessages,
     budget: MessageBudget,
-    motions: Sequence[Motion] | None = None,
+    motions: Sequence[RegionVelocities] | None = None,
 ) -> Testimonies:
     """Claims of all, and how all others' rays support them.
 

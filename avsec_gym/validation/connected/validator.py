@@ -15,7 +15,7 @@ from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import merge_proposals
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.ray_exchange import (
-    Motion,
+    RegionVelocities,
     decide_by_rays,
     exchange_rays,
     is_decidable,
@@ -72,7 +72,7 @@ class ConnectedValidator:
         *,
         id: str = "",
         wire: Wire = sound_wire,
-        motions: Sequence[Motion] | None = None,
+        motions: Sequence[RegionVelocities] | None = None,
     ) -> ConnectedResult:
         """Judge an instant.
 
@@ -92,7 +92,11 @@ class ConnectedValidator:
         return self._by_surfaces(scans, id, wire)
 
     def _by_rays(
-        self, scans: Sequence[VehicleScan], id: str, wire: Wire, motions: Sequence[Motion] | None
+        self,
+        scans: Sequence[VehicleScan],
+        id: str,
+        wire: Wire,
+        motions: Sequence[RegionVelocities] | None,
     ) -> ConnectedResult:
         constants, budget = self.constants, self.budget
         traffic = SentMessages(len(scans), wire, budget.nbytes)

@@ -32,7 +32,7 @@ _ROUNDING = 0.01
 """Metres by which distances may differ that are computed in single precision."""
 
 
-class Look(NamedTuple):
+class WitnessView(NamedTuple):
     """A witness and C claims of V voxels, as kernels take them."""
 
     image: RangeImage
@@ -66,7 +66,7 @@ class Look(NamedTuple):
 
 
 @kernel(nogil=True)
-def fill_outcomes(look: Look, velocity: Floats, result: NDArray[np.int8]) -> None:
+def fill_outcomes(look: WitnessView, velocity: Floats, result: NDArray[np.int8]) -> None:
     """Fills in what the witness' rays find at each voxel, claim by claim."""
     last = 0
     for c in range(len(look.voxels)):
@@ -77,7 +77,7 @@ def fill_outcomes(look: Look, velocity: Floats, result: NDArray[np.int8]) -> Non
 
 @kernel(nogil=True)
 def fill_counts(
-    look: Look, velocities: Floats, needed: NDArray[np.int64], counts: NDArray[np.int64]
+    look: WitnessView, velocities: Floats, needed: NDArray[np.int64], counts: NDArray[np.int64]
 ) -> None:
     """Fills in how many voxels of each claim rays support, pass through, and miss.
 
@@ -100,7 +100,9 @@ def fill_counts(
 
 
 @kernel(nogil=True)
-def _supports(look: Look, first: int, last: int, c: int, velocity: Floats, needed: int) -> bool:
+def _supports(
+    look: WitnessView, first: int, last: int, c: int, velocity: Floats, needed: int
+) -> bool:
     """Whether rays support so many voxels of claim `c`; ends where it must, or cannot any more."""
     v = first
     while 0 < needed <= last - v:
@@ -110,7 +112,7 @@ def _supports(look: Look, first: int, last: int, c: int, velocity: Floats, neede
 
 
 @kernel(nogil=True)
-def _outcome(look: Look, v: int, c: int, velocity: Floats, only_support: bool) -> int:
+def _outcome(look: WitnessView, v: int, c: int, velocity: Floats, only_support: bool) -> int:
     """The best outcome of the rays around voxel `v` of claim `c`.
 
     `SUPPORT` of one ray decides; else `OCCLUDED` by one, then `NEAR`, then `THROUGH` by all, unless

@@ -11,7 +11,7 @@ from avsec_gym.argument_checks import number
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.claims import Claims, heading_vectors
 from avsec_gym.validation.connected.rays.observer import Observer
-from avsec_gym.validation.connected.rays.ray_outcomes import Look, fill_counts, fill_outcomes
+from avsec_gym.validation.connected.rays.ray_outcomes import WitnessView, fill_counts, fill_outcomes
 from avsec_gym.validation.connected.regions import Regions
 
 _LEAST_REACH = 1e-4
@@ -82,7 +82,7 @@ class WitnessMargins:
 
 def _look_of(
     witness: Observer, claims: Claims, regions: Regions, margins: WitnessMargins, since: Floats
-) -> Look:
+) -> WitnessView:
     """What one witness needs to look at claims.
 
     Args:
@@ -95,7 +95,7 @@ def _look_of(
     chosen = regions[claims.region]
     away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
     apart = np.sqrt(2.0) * margins.apart(away)
-    return Look(
+    return WitnessView(
         witness.image,
         witness.pose,
         np.asarray(np.linalg.inv(witness.pose)),
