@@ -70,6 +70,7 @@ def entered(
     sets = entry_sets(kind, part, quick=quick, error_models=error_models)
     found: dict[type[Row], list[Any]] = {EntryRow: [], DrivesRow: [], InstantsRow: []}
     scenes, failed, before, masked = [], 0, 0, False
+    # Each set is a run of its own, kept in the entry's folder, and gives rows.
     for one_set in sets.driven:
         summary = run_experiments(
             [one_set.experiment],
@@ -89,6 +90,7 @@ def entered(
             found[type(row)].append(row)
         masked = masked or (one_set.name == "contested" and is_masked(run))
         scenes.append(ScenesRow(one_set.name, summary.cells, one_set.digest))
+    # What made it is what the last sitting found; with its versions and sources.
     last = run.manifest["sittings"][-1]
     made = {name: last[name] for name in ("versions", "sources", "python", "platform")}
     entry = Entry(

@@ -114,6 +114,7 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         planner = make(Kind.PLANNER, parts.planner)
     if parts.validator is not None:
         check(Kind.VALIDATOR, parts.validator)
+    # A dictionary: a level with its arguments, or an error model, which is live at once.
     if isinstance(perception, Mapping):
         perception = _level(perception)
     if isinstance(perception, str) and perception == ERROR_MODEL:
@@ -130,6 +131,7 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         if isinstance(perception, ErrorModelPerception):
             _refuse_unasked(parts, "perception by an error model")
         return perception, planner
+    # A level: what does not sense asks no part; what does is made when it is needed.
     level = one_of("perception", perception, (TRUTH, BLIND, *SENSING))
     if parts.motion == Motion.CLASSIFIER and level not in (SENSORS, STEREO):
         raise ConfigurationError(

@@ -73,10 +73,13 @@ def may_meet(
         intervals: The goals' headings and velocities.
         boxes: The goals' boxes.
     """
+    # The circle around all centres of the way, placed.
     mx, my, around = sweep[primitive, 0], sweep[primitive, 1], sweep[primitive, 2] + _ROUNDING
     mx, my = x + cos * mx - sin * my, y + sin * mx + cos * my
     slowest, fastest = sweep[primitive, 3], sweep[primitive, 4]
     for g in range(windows.shape[0]):
+        # In time, beside the box by less than the circle, and at a speed of the interval; headings
+        # are left to the exact test.
         if (
             step + 1 <= windows[g, 1]
             and step + count >= windows[g, 0]

@@ -101,6 +101,7 @@ def finished_cells(
             in_hand[number] = cell
             workers.give(number, cell)
 
+    # Invariant: each cell is in the queue, in one worker's hand, or was yielded.
     while queue or in_hand:
         for number, news in workers.wait():
             if isinstance(news, Ready):
@@ -109,6 +110,7 @@ def finished_cells(
             if isinstance(news, Unready):
                 raise news.error
             cell = in_hand.pop(number, None)
+            # A new worker takes the dead one's place; its cell is tried again, but not for ever.
             if isinstance(news, Died):
                 over = "nothing" if cell is None else f"{cell.work} {cell.key}"
                 _LOG.warning("a worker %s over %s", news.how, over)

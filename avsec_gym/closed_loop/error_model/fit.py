@@ -119,12 +119,15 @@ def fit_error_model(frames: Sequence[DetectedFrame], card: Mapping[str, Any]) ->
             f"No obstacle can be seen in {len(every)} frames.",
             remedy="Fit to frames with labelled cars within 60 m.",
         )
+    # How likely an object is found, by its distance and how much of it is seen.
     found = _fit_found(every)
+    # How far off what is found lies; turned round by half a turn counts apart.
     errors, distance = _errors(every)
     turn = errors["turn"]
     turned = np.abs(turn) > np.pi / 2
     errors["turn"] = np.where(turned, turn - np.sign(turn) * np.pi, turn)
     spreads = {name: _fit_spread(errors[name], distance) for name in COMPONENTS}
+    # Ghosts: how many there are in a frame, and a sample of those that were seen.
     ghosts = [each.detections[each.matches.ghosts] for each in every]
     places = [
         (*pose, *size)
@@ -137,6 +140,7 @@ def fit_error_model(frames: Sequence[DetectedFrame], card: Mapping[str, Any]) ->
         float(turned.sum() / max(len(turned), 1)),
         Ghosts(len(places) / len(every), tuple(places[:: 1 + len(places) // _MOST_GHOSTS])),
     )
+    # How long misses, errors and ghosts last, given all that.
     seconds = _memories(every, model)
     return ErrorModel(
         model.found,

@@ -65,12 +65,14 @@ def connected_source(root: str | Path, poses: PosesOf = "measured") -> Connected
     root = Path(root)
     if not is_folder(root):
         raise DataError("There is no such folder.", path=root, remedy=_REMEDY)
+    # What `avsec world make --suite connected` writes.
     if is_folder(root / "objects") and is_folder(root / "vehicle_0"):
         world, known = ConnectedWorld(root), _not_registered(poses)
         world.check_complete()
         return ConnectedSource(
             root, "connected", tuple(world.ids()), lambda: recorded_instants(world, known)
         )
+    # A raw drive: its frames, a distance apart, stand for vehicles.
     try:
         data = KittiRaw(root)
         drives = [data.drive(name) for name in data.drives()]
@@ -93,6 +95,7 @@ def connected_source(root: str | Path, poses: PosesOf = "measured") -> Connected
                 for instant in drive_instants(drive, vehicles=VEHICLES, apart=APART, poses_by=by)
             ),
         )
+    # Scenarios in OPV2V's layout.
     try:
         scenarios = find_scenarios(root)
     except DataError as error:
