@@ -90,7 +90,7 @@ def entered(
             found[type(row)].append(row)
         masked = masked or (one_set.name == "contested" and is_masked(run))
         scenes.append(ScenesRow(one_set.name, summary.cells, one_set.digest))
-    # What made it is what the last sitting found; with its versions and sources.
+    # What made it: versions and sources of the last sitting.
     last = run.manifest["sittings"][-1]
     made = {name: last[name] for name in ("versions", "sources", "python", "platform")}
     entry = Entry(
