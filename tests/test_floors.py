@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import avsec_gym.world
 
 ROOT = Path(__file__).parents[1]
@@ -20,6 +22,14 @@ INSIDE_THE_WORLD = {
     "examples/connected_sockets.py",  # A place of boxes, which the world has none of.
 }
 """Scripts that look inside of the world, and why."""
+CATALOGUES = {
+    "built_in_parts.py",  # Parts of the pipeline.
+    "registration.py",  # Environments.
+    "runs/catalogue.py",  # Experiments,
+    "runs/renamed.py",  # and their old places.
+    "scenario/contested_sets.py",  # Sets of scenes that are chosen by driving.
+}
+"""The only modules of the package that name others of higher floors, by entry points."""
 
 
 def contract(name: str) -> dict[str, Any]:
@@ -27,6 +37,33 @@ def contract(name: str) -> dict[str, Any]:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())
     contracts = settings["tool"]["importlinter"]["contracts"]
     return next(each for each in contracts if each["name"] == name)
+
+
+def floors() -> dict[str, int]:
+    """The number of each floor, from the ground up."""
+    layers = reversed(contract("An import points to a lower floor")["layers"])
+    return {name: number for number, layer in enumerate(layers) for name in layer.split(" : ")}
+
+
+def higher_ones(place: str, source: str) -> list[str]:
+    """The modules of higher floors that a module's strings name; docstrings may name any.
+
+    Args:
+        place: The module's path in the package, such as ``scenario/scene_sets.py``.
+        source: Its text.
+    """
+    known = floors()
+    own = known.get(place.split("/")[0].removesuffix(".py"), len(known))
+    tree = ast.parse(source)
+    docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    return [
+        found[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        if id(node) not in docstrings
+        for found in re.finditer(r"\bavsec_gym\.(\w+)[\w.]*", node.value)
+        if known.get(found[1], 0) > own
+    ]
 
 
 def doors() -> set[str]:
@@ -67,3 +104,27 @@ def test_scripts_and_pages_enter_the_world_through_its_doors() -> None:
         if any(each.startswith(WORLD) and each not in doors() for each in imported(source))
     }
     assert inside == INSIDE_THE_WORLD
+
+
+@pytest.mark.parametrize(
+    ("place", "source", "found"),
+    [
+        ("scenario/a.py", 'NAME = "avsec_gym.evaluation.contested"', ["evaluation.contested"]),
+        ("world/a/b.py", 'load(f"avsec_gym.envs.x:{name}")', ["envs.x"]),
+        ("boxes.py", 'A = {"b": ("avsec_gym.planners.planner:Planner", {})}', ["planners.planner"]),
+        ("scenario/a.py", 'NAME = "avsec_gym.kitti.raw", "avsec_gym.scenario.b:C"', []),
+        ("scenario/a.py", '"""See `avsec_gym.envs.x`."""\nA = 1\n"""`avsec_gym.envs.x`."""', []),
+    ],
+)
+def test_strings_that_name_higher_floors_are_found(
+    place: str, source: str, found: list[str]
+) -> None:
+    assert higher_ones(place, source) == [f"avsec_gym.{each}" for each in found]
+
+
+def test_only_catalogues_name_modules_of_higher_floors() -> None:
+    package = ROOT / "avsec_gym"
+    sources = {
+        path.relative_to(package).as_posix(): path.read_text() for path in package.rglob("*.py")
+    }
+    assert {place for place, source in sources.items() if higher_ones(place, source)} == CATALOGUES
