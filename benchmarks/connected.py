@@ -30,10 +30,7 @@ from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
 from avsec_gym.validation.connected.recordings import RecordedInstant, recorded_instants
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.export import Sensors
-from avsec_gym.world.export.connected_world import ConnectedWorld
-from avsec_gym.world.export.default_suites import cached
-from avsec_gym.world.export.suites import suite_recipe
+from avsec_gym.world.export import ConnectedWorld, Sensors, cached, suite_recipe
 
 VEHICLES = (2, 3, 5)
 SEED = 4242

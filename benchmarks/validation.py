@@ -47,10 +47,9 @@ from avsec_gym.validation.repair.localisation import damaged_pixels
 from avsec_gym.validation.repair.repair import repair
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation, Validator
-from avsec_gym.world.capture import render
+from avsec_gym.world.capture import Lidar, render
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.posed_scenes import posed_scene_of_layout
-from avsec_gym.world.rendering.lidar import Lidar
 
 RIG = camera_rig((0.0, 0.54, -0.27, 0.27, 0.81, 1.08))
 """That of chapter 3, and two more cameras to the right, 27 cm from each other."""

@@ -24,13 +24,11 @@ os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 import cv2
 import numpy as np
 
-from avsec_gym.world.capture import Sweep, render, renderer_of, scan_of
+from avsec_gym.world.capture import Lidar, Renderer, Sweep, render, renderer_of, scan_of
 from avsec_gym.world.export import make_data_set, suite_recipe
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.motion import with_ego_speed
 from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_layout
-from avsec_gym.world.rendering.lidar import Lidar
-from avsec_gym.world.rendering.renderer import Renderer
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:

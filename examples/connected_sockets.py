@@ -18,10 +18,10 @@ from avsec_gym.validation.connected.transport.exchange import judge_instant, tak
 from avsec_gym.validation.connected.transport.station_port import StationPort
 from avsec_gym.validation.connected.transport.vehicle_port import Faults, VehiclePort
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from avsec_gym.world.rendering.lidar import Lidar
+from avsec_gym.world.capture import Lidar
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
-from avsec_gym.world.section import Surface
 from avsec_gym.world.shapes import box, polygon
+from avsec_gym.world.site import Surface
 
 INSTANTS = 5
 CARS, GHOST = ((14, 3, 0.1), (24, -7, 0.4)), (15, -4, -0.2)

@@ -10,7 +10,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.world.export.manifest import read_manifest
+from avsec_gym.world.export import read_manifest
 
 _NEEDED = ("image_2", "image_3", "label_2", "calib")
 

@@ -21,7 +21,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.geometry import box_corners, project, transform_points
 from avsec_gym.kitti.map_files import read_disparity, read_mask
-from avsec_gym.world.section import Surface
+from avsec_gym.world.site import Surface
 
 Mask = NDArray[np.bool_]
 

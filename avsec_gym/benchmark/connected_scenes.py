@@ -19,7 +19,7 @@ from avsec_gym.benchmark.scene_sets import refused, version_file
 from avsec_gym.experiments.chapter4.procedural_instants import ScannedPlace
 from avsec_gym.experiments.chapter4.settings import JUDGED, USUAL
 from avsec_gym.validation.connected.recordings import RecordedInstant
-from avsec_gym.world.actors import Instant
+from avsec_gym.world.drives import Instant
 
 CONNECTED = "connected"
 """Name of the set."""

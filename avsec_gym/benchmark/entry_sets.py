@@ -33,7 +33,7 @@ from avsec_gym.registry import Kind, check
 from avsec_gym.runs.experiment import Configuration, Experiment
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.regular_files import is_file
-from avsec_gym.world.export.manifest import world_fingerprint
+from avsec_gym.world.export import world_fingerprint
 
 Row = EntryRow | DrivesRow | InstantsRow
 

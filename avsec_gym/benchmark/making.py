@@ -32,7 +32,7 @@ from avsec_gym.runs.fingerprints import fingerprint
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.export.manifest import world_fingerprint
+from avsec_gym.world.export import world_fingerprint
 
 _THREADS = 1
 

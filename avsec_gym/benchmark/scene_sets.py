@@ -24,8 +24,7 @@ from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import scene_of_layout
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.export.data_set import Progress
-from avsec_gym.world.export.default_suites import cached
+from avsec_gym.world.export import Progress, cached
 from avsec_gym.world.layouts import generate_layout
 
 VERSION = 1

@@ -19,10 +19,8 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.road import Lanelet, Road
-from avsec_gym.world.course import Course
 from avsec_gym.world.drives import DriveWorld, drive_scenes
-from avsec_gym.world.section import CrossSection
-from avsec_gym.world.site import Style
+from avsec_gym.world.site import Course, CrossSection, Style
 
 _CAMERA_HEIGHT = 1.65
 _BEYOND = 120.0

@@ -11,9 +11,8 @@ from avsec_gym.closed_loop.tracks import STEP
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import resized_rig
-from avsec_gym.world.capture import render
+from avsec_gym.world.capture import Lidar, render
 from avsec_gym.world.drives import DriveScenes, vehicle_poses
-from avsec_gym.world.rendering.lidar import Lidar
 
 _FEW_PIXELS = 64
 

@@ -51,7 +51,7 @@ def sensing(scene: TrafficScene, needs: SensorNeeds) -> TrafficScene:
         return scene
     # Cars that know the truth need no renderer.
     from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
-    from avsec_gym.world.rendering.lidar import Lidar
+    from avsec_gym.world.capture import Lidar
 
     if not isinstance(sensors, RenderedSensors):
         return scene

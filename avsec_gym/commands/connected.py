@@ -133,7 +133,7 @@ class Connected:
     @cached_property
     def _source(self) -> ConnectedSource:
         from avsec_gym.validation.connected.sources import connected_source
-        from avsec_gym.world.export.default_suites import default_suite
+        from avsec_gym.world.export import default_suite
 
         root = self.data
         if root is None:
@@ -182,7 +182,7 @@ class Connected:
 
     def _record_of_data(self, source: ConnectedSource) -> dict[str, Any]:
         """What names the instants in a fit's file: of our own data sets, their settings."""
-        from avsec_gym.world.export.manifest import read_manifest
+        from avsec_gym.world.export import read_manifest
 
         record: dict[str, Any] = {"layout": source.layout, "proposals": self.proposals}
         record["poses"] = self.poses

@@ -54,7 +54,7 @@ class Demo:
         from avsec_gym.experiments.json_rows import as_json
         from avsec_gym.experiments.procedural_frames import CONTESTED
         from avsec_gym.runs.run_folder import RunFolder
-        from avsec_gym.world.export.suites import MOST_FRAMES
+        from avsec_gym.world.export import MOST_FRAMES
 
         whole_number("--scenarios", self.scenarios, 1, MOST_FRAMES)
         whole_number("--seed", self.seed, 0)

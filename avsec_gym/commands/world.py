@@ -152,7 +152,7 @@ class WorldTwin:
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.road_type import RoadType
         from avsec_gym.world.assets import Assets
-        from avsec_gym.world.export.twins import Twins, twin_ids
+        from avsec_gym.world.export import Twins, twin_ids
         from avsec_gym.world.site import Style
 
         if self.limit is not None and self.limit < 1:

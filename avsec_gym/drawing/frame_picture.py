@@ -82,7 +82,7 @@ def frame_picture(
         frame: Images and scan; what is missing is left out.
         boxes: Labels, drawn as 3D boxes and from above.
         disparity: Disparity of the camera, pixels, NaN where unknown, shape (H, W).
-        surfaces: `avsec_gym.world.section.Surface` of each pixel, shape (H, W).
+        surfaces: `avsec_gym.world.site.Surface` of each pixel, shape (H, W).
         camera: The reference camera.
         partner: The other camera of the pair.
     """

@@ -17,7 +17,7 @@ from avsec_gym.unknown_source import unknown_source
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.recordings import RecordedInstant, recorded_instants
 from avsec_gym.validation.connected.regions import Regions
-from avsec_gym.world.export.connected_world import ConnectedWorld
+from avsec_gym.world.export import ConnectedWorld
 
 SUITE = "connected"
 """The default suite, made in the cache on first use."""

@@ -24,10 +24,7 @@ from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import scene_of_layout
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.export.data_set import Progress
-from avsec_gym.world.export.default_suites import cached
-from avsec_gym.world.export.recipe import Sensors
-from avsec_gym.world.export.suites import LayoutFrames
+from avsec_gym.world.export import LayoutFrames, Progress, Sensors, cached
 from avsec_gym.world.layouts import MOST_LAYOUTS, generate_layout
 
 LAYOUTS, FRAMES = 100, 48

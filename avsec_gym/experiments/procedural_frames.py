@@ -9,9 +9,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.evaluation.contested import contested_recipe
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.unknown_source import unknown_source
-from avsec_gym.world.export.default_suites import cached
-from avsec_gym.world.export.recipe import Sensors
-from avsec_gym.world.export.suites import suite_recipe
+from avsec_gym.world.export import Sensors, cached, suite_recipe
 
 PROCEDURAL = "procedural"
 """What these scenarios are called."""

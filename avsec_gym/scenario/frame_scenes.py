@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import read_disparity
+from avsec_gym.scenario.contested_sets import contested_sets
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_arguments import scene_arguments
@@ -36,7 +36,6 @@ _SPLITS = ("train", "val", "trainval")
 SUITES = ("street", "highway", "mixed")
 """Names of the procedural world's own."""
 _SUITE_SENSORS = frozenset[Sensor]((LIDAR, 2, 3))
-_CONTESTED = "avsec_gym.evaluation.contested"
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +119,8 @@ def frame_scenes(
     contested = contested or MIXED_CONTESTED in map(str, sources)
     first = None if contested else count
     scenes = _given(scenarios, data, seed) if scenarios else _labelled(sources, data, first, seed)
-    if contested:  # Which drives, and stands on a higher floor.
-        scenes = import_module(_CONTESTED).contested(scenes)
+    if contested:
+        scenes = contested_sets().contested(scenes)
     return FrameScenes(scenes.limited(count), data)
 
 
@@ -238,7 +237,7 @@ def _data(source: str | Path) -> KittiObject:
 
         return world_frames(str(source))
     if str(source) == MIXED_CONTESTED:
-        return KittiObject(import_module(_CONTESTED).contested_frames())
+        return KittiObject(contested_sets().contested_frames())
     if not is_folder(source):
         suites = (*SUITES, MIXED_CONTESTED)
         raise unknown_source(

@@ -5,9 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from avsec_gym.kitti.label_folders import frame_ids, other_names
 from avsec_gym.kitti.labels import DONT_CARE, read_labels
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.commonroad_scenes import commonroad_folder
+from avsec_gym.scenario.contested_sets import contested_sets
 from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_set import SceneSet, collected
@@ -185,8 +184,7 @@ def scene_set(
     """
     path = Path(name)
     if str(name) == MIXED_CONTESTED or (contested and str(name) == LAYOUTS):
-        made: SceneSet = _contested_scenes("contested_layouts")(count, seed=seed)
-        return made
+        return contested_sets().contested_layouts(count, seed=seed)
     if contested or str(name) == KITTI_CONTESTED:
         if not contested and kitti is None:
             raise ConfigurationError(
@@ -194,8 +192,7 @@ def scene_set(
                 "--kitti, or as kitti, such as the folder of the labelled scenarios"
             )
         folder = name if contested or kitti is None else kitti
-        chosen: SceneSet = _contested_scenes("contested")(scene_set(folder, seed=seed))
-        return chosen.limited(count)
+        return contested_sets().contested(scene_set(folder, seed=seed)).limited(count)
     if str(name) == LAYOUTS:
         return procedural_scenes(200 if count is None else count, seed=seed)
     if is_file(path) and kitti is not None:
@@ -228,11 +225,6 @@ def _of_folder(folder: Path, seed: int) -> SceneSet:
     beside = (folder / "flags", folder.parent / "flags")
     flags = next((place for place in beside if is_folder(place) and place != labels), None)
     return label_folder(labels, flags=flags, seed=seed)
-
-
-def _contested_scenes(name: str) -> Any:
-    """A function of `avsec_gym.evaluation.contested`: it drives, which stands on a higher floor."""
-    return getattr(import_module("avsec_gym.evaluation.contested"), name)
 
 
 def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet:

@@ -23,6 +23,22 @@ from avsec_gym.world.rendering.relief import draw_relief
 from avsec_gym.world.rendering.renderer import Geometry, Renderer
 from avsec_gym.world.rendering.silhouettes import silhouettes
 
+__all__ = [
+    "Capture",
+    "Float32s",
+    "FrameLabels",
+    "Geometry",
+    "Lidar",
+    "PinholeCamera",
+    "Renderer",
+    "Scan",
+    "Sweep",
+    "pinhole",
+    "render",
+    "renderer_of",
+    "scan_of",
+]
+
 _CAMERA_SEED, _LIDAR_SEED, _DEVICE_SEED = 11, 12, 13
 
 

@@ -13,7 +13,7 @@ import shapely
 
 from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.rig import SensorRig, kitti_rig
-from avsec_gym.world.actors import Instant
+from avsec_gym.world.actors import Actors, Instant
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.built_scene import BuiltScene, build_scene
 from avsec_gym.world.ground import Ground
@@ -24,6 +24,17 @@ from avsec_gym.world.site import Site, Style
 from avsec_gym.world.sites import draw_site
 from avsec_gym.world.traffic import simulate
 from avsec_gym.world.traffic.egos import EGO_SPACING
+
+__all__ = [
+    "MOST_DRIVE_FRAMES",
+    "STEP",
+    "Actors",
+    "DriveScenes",
+    "DriveWorld",
+    "Instant",
+    "drive_scenes",
+    "vehicle_poses",
+]
 
 STEP = 0.1
 """Seconds between frames."""

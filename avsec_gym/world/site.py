@@ -8,7 +8,9 @@ from enum import StrEnum
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.course import Course
 from avsec_gym.world.ground import Ground
-from avsec_gym.world.section import CrossSection
+from avsec_gym.world.section import CrossSection, Surface
+
+__all__ = ["Course", "CrossSection", "SideStreet", "Site", "Style", "Surface"]
 
 
 class Style(StrEnum):

@@ -25,7 +25,7 @@ from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.result_folder import write_result_folder
 from avsec_gym.perception.weights.store import card_path
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, is_file, read_bytes
-from avsec_gym.world.export.manifest import MANIFEST, read_manifest
+from avsec_gym.world.export import MANIFEST, read_manifest
 from studies.perception.detection_errors import CATEGORY
 
 

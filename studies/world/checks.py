@@ -17,13 +17,12 @@ import shapely
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats, rectangle_polygons, transform_points
-from avsec_gym.world.actors import Actors
 from avsec_gym.world.built_scene import actor_mesh
-from avsec_gym.world.capture import Capture, pinhole
-from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.capture import Capture, Float32s, pinhole
+from avsec_gym.world.drives import Actors
 from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.ray_scene import Hits, RayScene
-from avsec_gym.world.section import Surface
+from avsec_gym.world.site import Surface
 from studies.world.command import command, measure_one
 from studies.world.tiling import LARGEST_REPEAT, texture_repeat
 

@@ -17,14 +17,16 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.capture import Capture, render
-from avsec_gym.world.export.data_set import Progress, make_data_set
-from avsec_gym.world.export.manifest import world_fingerprint
-from avsec_gym.world.export.twins import twin_rig
+from avsec_gym.world.capture import Capture, Lidar, render
+from avsec_gym.world.export import (
+    Progress,
+    cache_folder,
+    make_data_set,
+    twin_rig,
+    world_fingerprint,
+)
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_labels, posed_scene_of_layout
-from avsec_gym.world.rendering.lidar import Lidar
-from avsec_gym.world.textures.library import cache_folder
 
 SUITES = {"street": RoadType.STREET, "highway": RoadType.HIGHWAY, "mixed": None}
 """Those whose frames are layouts, and their road type."""
@@ -48,7 +50,7 @@ class Scenes(Protocol):
 
 @dataclass(frozen=True)
 class SuiteScenes:
-    """The scenes of a suite, see `avsec_gym.world.export.suites`."""
+    """The scenes of a suite, see `avsec_gym.world.export`."""
 
     suite: str = "mixed"
     seed: int = 0

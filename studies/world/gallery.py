@@ -27,12 +27,11 @@ from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.rig import SensorRig, kitti_rig, resized_rig
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.capture import Capture, render
+from avsec_gym.world.capture import Capture, Lidar, render
 from avsec_gym.world.drives import drive_scenes
-from avsec_gym.world.export.frame_files import line_numbers
+from avsec_gym.world.export import line_numbers
 from avsec_gym.world.layouts import layout_by_id
 from avsec_gym.world.posed_scenes import posed_scene_of_labels, posed_scene_of_layout
-from avsec_gym.world.rendering.lidar import Lidar
 from avsec_gym.world.site import Style
 from studies.answer import exit_code
 from studies.world.light_steps import light_steps

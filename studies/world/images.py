@@ -14,8 +14,7 @@ import numpy as np
 
 from avsec_gym.frame import Image
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.world.capture import Capture
-from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.capture import Capture, Float32s
 from avsec_gym.world.posed_scenes import PosedScene
 from studies.world.command import command, measure_one
 

@@ -9,18 +9,24 @@ from numpy.typing import NDArray
 
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
-from avsec_gym.world.capture import pinhole, render, renderer_of
+from avsec_gym.world.capture import (
+    Float32s,
+    Geometry,
+    PinholeCamera,
+    Renderer,
+    pinhole,
+    render,
+    renderer_of,
+)
 from avsec_gym.world.layouts import SceneLayout
-from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.ambient import ambient_light, carry, smooth_ambient
-from avsec_gym.world.rendering.camera import PinholeCamera, camera_rays, pixel_grid
+from avsec_gym.world.rendering.camera import camera_rays, pixel_grid
 from avsec_gym.world.rendering.image_sensor import tone_curve
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits
-from avsec_gym.world.rendering.renderer import Geometry, Renderer
 from avsec_gym.world.rendering.shading import towards_disc
 from avsec_gym.world.rendering.surfaces import Surfaces, surfaces
-from avsec_gym.world.section import Surface
+from avsec_gym.world.site import Surface
 from studies.world.panels import panel_sheet
 from studies.world.seen_from_above import layout_picture
 

@@ -17,8 +17,7 @@ from avsec_gym import console
 from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.rig import kitti_rig, resized_rig
-from avsec_gym.world.export import Connection, Sensors, make_data_set, suite_recipe
-from avsec_gym.world.export.connected_world import MEETINGS
+from avsec_gym.world.export import MEETINGS, Connection, Sensors, make_data_set, suite_recipe
 
 SPACINGS = ((6.0, 20.0), (15.0, 60.0), (50.0, 90.0))
 """Least and greatest distance of the other vehicles from the first, metres."""

@@ -24,7 +24,7 @@ from avsec_gym.world.labels import FULLY_VISIBLE, PARTLY_VISIBLE
 from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.silhouettes import silhouettes
-from avsec_gym.world.section import Surface
+from avsec_gym.world.site import Surface
 from studies.world.command import command, measure_all
 from studies.world.frames import TwinScenes
 from studies.world.labels import required

@@ -22,7 +22,7 @@ from avsec_gym.perception.depth.lidar import visible_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.posed_scenes import PosedScene
-from avsec_gym.world.section import Surface
+from avsec_gym.world.site import Surface
 from studies.world.command import command, measure_one
 from studies.world.frames import Percentiles, quantiles
 from studies.world.scan_ranges import ground_residual, range_noise

@@ -12,10 +12,10 @@ from avsec_gym.drawing.connected_picture import VEHICLE_COLOURS
 from avsec_gym.drawing.frame_picture import titled
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats, rectangle_corners, transform_points
-from avsec_gym.world.export.instants import SEEN_POINTS
+from avsec_gym.world.capture import Scan
+from avsec_gym.world.export import SEEN_POINTS
 from avsec_gym.world.layouts import SceneLayout
 from avsec_gym.world.posed_scenes import PosedScene
-from avsec_gym.world.rendering.lidar import Scan
 
 Colour = tuple[int, int, int]
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.capture import Float32s, PinholeCamera, Renderer
 from avsec_gym.world.posed_scenes import PosedScene
-from avsec_gym.world.rendering.camera import PinholeCamera
-from avsec_gym.world.rendering.renderer import Renderer
-from avsec_gym.world.section import Surface
+from avsec_gym.world.site import Surface
 
 LARGEST_REPEAT = 0.5
 """Correlation of the road's blotches with themselves a tile further on: below it none is seen."""

@@ -15,7 +15,7 @@ from avsec_gym.kitti.detections import DetectionFolder, above
 from avsec_gym.storage.json_fields import check_fields
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.regular_files import is_there
-from avsec_gym.world.export.scene_file import actors_of, read_scene_file
+from avsec_gym.world.export import actors_of, read_scene_file
 
 _REMEDY = "Make the data set anew with `avsec world make`."
 PERIOD = 0.1

@@ -16,11 +16,14 @@ from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.recordings import Recordings, raw_recordings
-from avsec_gym.world.export.default_suites import cached
-from avsec_gym.world.export.manifest import read_manifest, world_fingerprint
-from avsec_gym.world.export.recipe import Sensors
-from avsec_gym.world.export.suites import suite_recipe
-from avsec_gym.world.textures.library import cache_folder
+from avsec_gym.world.export import (
+    Sensors,
+    cache_folder,
+    cached,
+    read_manifest,
+    suite_recipe,
+    world_fingerprint,
+)
 
 RIG = camera_rig((0.0, 0.54, -0.27, 0.27))
 """Camera 2 is the leftmost one, and camera 0, 3 and 1 follow, each 27 cm farther right; those of

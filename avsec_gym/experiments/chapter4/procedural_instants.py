@@ -20,14 +20,11 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from avsec_gym.world.actors import Integers
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.capture import Sweep, renderer_of, scan_of
+from avsec_gym.world.capture import Lidar, Sweep, renderer_of, scan_of
 from avsec_gym.world.drives import drive_scenes
-from avsec_gym.world.export.instants import instant_of
-from avsec_gym.world.export.measured_poses import clock_offsets, measured_pose, pose_errors
+from avsec_gym.world.export import clock_offsets, instant_of, measured_pose, pose_errors
 from avsec_gym.world.motion import later
-from avsec_gym.world.rendering.lidar import Lidar
 
 ASSETS: dict[Part, Assets] = {FITTED: Assets.TRAIN, JUDGED: Assets.JUDGE}
 _FIRST_SET: dict[Part, int] = {FITTED: 5000, JUDGED: 6000}
@@ -96,7 +93,7 @@ class ScannedPlace:
         return RecordedInstant(f"{self._number:06d}", rolled, truth, poses)
 
 
-def _counts(object_id: NDArray[np.int32], actors: int) -> Integers:
+def _counts(object_id: NDArray[np.int32], actors: int) -> NDArray[np.int64]:
     """Number of points on each actor."""
     counts = np.bincount(object_id[object_id >= 0], minlength=actors)
     return counts.astype(np.int64)

@@ -25,7 +25,7 @@ from avsec_gym.kitti.map_files import read_disparity, read_mask
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.scenario.frame_scenes import SUITES, FrameScenes, frame_scenes
 from avsec_gym.scenario.scene import Scene
-from avsec_gym.world.section import Surface
+from avsec_gym.world.site import Surface
 
 OPTIONS: Options = {
     "frames": "",

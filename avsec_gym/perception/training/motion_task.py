@@ -27,7 +27,7 @@ from avsec_gym.perception.training.motion_samples import (
 )
 from avsec_gym.perception.training.scene_frames import split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.world.export.default_suites import default_suite
+from avsec_gym.world.export import default_suite
 
 _ALONE, _LATEST = 0.2, 0.25
 """Shares of samples that are learned without a neighbour, and with the latest one."""

@@ -17,7 +17,7 @@ from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.crop_variation import relit_alike, shifted
 from avsec_gym.perception.training.scene_frames import SceneFrame, split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.world.export.default_suites import default_suite
+from avsec_gym.world.export import default_suite
 
 _MARGIN = 8
 _VALIDATION_BATCH = 32

@@ -22,8 +22,7 @@ from avsec_gym.kitti.labels import read_labels
 from avsec_gym.kitti.layouts import KittiLayout, recognise
 from avsec_gym.kitti.raw import Drive, KittiRaw
 from avsec_gym.road_type import RoadType
-from avsec_gym.world.export.manifest import read_manifest
-from avsec_gym.world.export.scene_file import read_scene_file
+from avsec_gym.world.export import read_manifest, read_scene_file
 
 _REMEDY = "`avsec world make --suite mixed --previous 3` or `--suite raw` makes such data."
 _VALIDATION = 4

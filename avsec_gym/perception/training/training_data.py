@@ -12,8 +12,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.perception.training.labelled_frames import DataFrames
 from avsec_gym.storage.regular_files import is_folder
-from avsec_gym.world.export.default_suites import default_suite
-from avsec_gym.world.export.manifest import read_manifest
+from avsec_gym.world.export import default_suite, read_manifest
 
 NEEDED = ("image_2", "image_3", "label_2", "calib")
 """Folders in which a frame must have a file."""

@@ -17,7 +17,7 @@ from avsec_gym.validation.connected.raw_drive.drive_instants import (
     drive_instants,
 )
 from avsec_gym.validation.connected.recordings import Poses, RecordedInstant, recorded_instants
-from avsec_gym.world.export.connected_world import ConnectedWorld
+from avsec_gym.world.export import ConnectedWorld
 
 PosesOf = Literal["measured", "true", "registration"]
 """Whose poses align the scans; those of a raw drive are measured by oxts, or registered."""

@@ -2,26 +2,48 @@
 
 from avsec_gym.world.capture import Sweep
 from avsec_gym.world.export.connected import Connection
-from avsec_gym.world.export.connected_world import ConnectedWorld, VehicleView
-from avsec_gym.world.export.data_set import DataSetReport, make_data_set
+from avsec_gym.world.export.connected_world import MEETINGS, ConnectedWorld, VehicleView
+from avsec_gym.world.export.data_set import DataSetReport, Progress, make_data_set
 from avsec_gym.world.export.default_suites import (
+    cached,
     default_suite,
     world_drives,
     world_frames,
     world_instants,
 )
-from avsec_gym.world.export.instants import ConnectedInstant, SensorVehicle, WorldObject
-from avsec_gym.world.export.manifest import changed_files, read_manifest
+from avsec_gym.world.export.frame_files import line_numbers
+from avsec_gym.world.export.instants import (
+    SEEN_POINTS,
+    ConnectedInstant,
+    SensorVehicle,
+    WorldObject,
+    instant_of,
+)
+from avsec_gym.world.export.manifest import (
+    MANIFEST,
+    changed_files,
+    read_manifest,
+    world_fingerprint,
+)
+from avsec_gym.world.export.measured_poses import clock_offsets, measured_pose, pose_errors
 from avsec_gym.world.export.recipe import Recipe, Sensors
-from avsec_gym.world.export.suites import SUITES, suite_recipe
-from avsec_gym.world.export.twins import Twins
+from avsec_gym.world.export.scene_file import actors_of, read_scene_file
+from avsec_gym.world.export.suites import MOST_FRAMES, SUITES, LayoutFrames, suite_recipe
+from avsec_gym.world.export.twins import Twins, twin_ids, twin_rig
+from avsec_gym.world.textures.library import cache_folder
 
 __all__ = [
+    "MANIFEST",
+    "MEETINGS",
+    "MOST_FRAMES",
+    "SEEN_POINTS",
     "SUITES",
     "ConnectedInstant",
     "ConnectedWorld",
     "Connection",
     "DataSetReport",
+    "LayoutFrames",
+    "Progress",
     "Recipe",
     "SensorVehicle",
     "Sensors",
@@ -29,12 +51,24 @@ __all__ = [
     "Twins",
     "VehicleView",
     "WorldObject",
+    "actors_of",
+    "cache_folder",
+    "cached",
     "changed_files",
+    "clock_offsets",
     "default_suite",
+    "instant_of",
+    "line_numbers",
     "make_data_set",
+    "measured_pose",
+    "pose_errors",
     "read_manifest",
+    "read_scene_file",
     "suite_recipe",
+    "twin_ids",
+    "twin_rig",
     "world_drives",
+    "world_fingerprint",
     "world_frames",
     "world_instants",
 ]

@@ -19,9 +19,7 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT, evidence_elements
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_indices, state_vectors
-from avsec_gym.world.export.default_suites import cached
-from avsec_gym.world.export.recipe import Sensors
-from avsec_gym.world.export.suites import suite_recipe
+from avsec_gym.world.export import Sensors, cached, suite_recipe
 
 SYSTEM = KITTI_SYSTEM
 """All sensors that are rendered."""

@@ -30,7 +30,7 @@ from avsec_gym.validation.recordings import raw_recordings
 from avsec_gym.validation.shipped import FITS, SHIPPED_SYSTEMS, shipped_file, shipped_on
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable
-from avsec_gym.world.export.manifest import world_fingerprint
+from avsec_gym.world.export import world_fingerprint
 from studies.answer import exit_code
 from studies.chapter3.shipped_fits.evidence import (
     SYSTEM,

@@ -13,7 +13,7 @@ from avsec_gym.kitti.raw import Drive
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import labelled_scene
-from avsec_gym.world.export.scene_file import read_scene_file
+from avsec_gym.world.export import read_scene_file
 
 
 def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:

@@ -25,7 +25,7 @@ from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.validator import Validator
-from avsec_gym.world.textures.library import cache_folder
+from avsec_gym.world.export import cache_folder
 
 VALIDATOR_OPTIONS = {**OPTIONS, "validator": "thresholds", "fitted_file": "", "rate": 0.01}
 """Beside those of the recordings: ``validator``: ``thresholds`` or ``likelihood``; ``fitted_file``:

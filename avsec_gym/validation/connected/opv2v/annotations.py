@@ -11,7 +11,7 @@ from avsec_gym.validation.connected.cropping import CropMargins, cropped
 from avsec_gym.validation.connected.opv2v.yaml_nodes import YamlMapping
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from avsec_gym.world.export.instants import ConnectedInstant, SensorVehicle, WorldObject
+from avsec_gym.world.export import ConnectedInstant, SensorVehicle, WorldObject
 
 MOST_OBJECTS = 1000
 _FARTHEST = 1e5
