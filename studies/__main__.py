@@ -15,7 +15,7 @@ from avsec_gym.console import BAD_DATA, BAD_USAGE, DONE, print_line, print_table
 from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.suggestions import unknown_name
-from studies.catalogue import STUDIES
+from studies.catalogue import STUDIES, minutes_of_command
 from studies.index import SourceState, outdated, pages, source_states
 from studies.make_anew import Given, make_anew
 from studies.provenance import read_records
@@ -80,17 +80,23 @@ def _place(path: str) -> str:
 
 
 def _list(as_json: bool) -> None:
+    states = source_states(read_records())
     if as_json:
-        states = source_states(read_records())
         print_line(
             json.dumps([_facts(study, states[study.name]) for study in STUDIES.values()], indent=1)
         )
         return
     rows = [
-        [study.name, study.question, f"{study.minutes} min", study.command]
+        [
+            study.name,
+            study.question,
+            f"{minutes_of_command(study)} min",
+            states[study.name].word,
+            study.command,
+        ]
         for study in STUDIES.values()
     ]
-    print_table("Studies", ["study", "question", "takes", "command"], rows)
+    print_table("Studies", ["study", "question", "takes about", "sources", "command"], rows)
 
 
 def _facts(study: Study, state: SourceState) -> dict[str, object]:
@@ -98,7 +104,7 @@ def _facts(study: Study, state: SourceState) -> dict[str, object]:
         "name": study.name,
         "question": study.question,
         "command": study.command,
-        "minutes": study.minutes,
+        "minutes": minutes_of_command(study),
         "writes": study.writes,
         "stale": state.stale,
         "sources": state.text,

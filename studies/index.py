@@ -9,7 +9,7 @@ from os.path import relpath
 from pathlib import Path
 
 from avsec_gym.storage.text_files import read_text
-from studies.catalogue import STUDIES
+from studies.catalogue import STUDIES, minutes_of_command
 from studies.provenance import Record, changed, sources_of
 from studies.study import ROOT, Study
 
@@ -29,7 +29,7 @@ in `runs` or in `--runs DIR`; *DIR* is data that cannot be in the repository: `p
 sources with those of today, and `python -m studies index` writes the result into this page and
 into the remark at the top of every other one.
 
-| study | question | command | takes | sources |
+| study | question | command | takes about | sources |
 | --- | --- | --- | --- | --- |
 """
 
@@ -43,6 +43,11 @@ class SourceState:
     that most studies render has a second edition.  None: not made yet."""
     text: str
     """In a sentence."""
+
+    @property
+    def word(self) -> str:
+        """In a word or two."""
+        return {None: "not made yet", True: "stale", False: "current"}[self.stale]
 
 
 def source_states(records: Mapping[str, Record]) -> dict[str, SourceState]:
@@ -94,7 +99,7 @@ def pages(records: Mapping[str, Record]) -> dict[Path, str]:
     states = source_states(records)
     written = {README: _HEAD}
     for study in STUDIES.values():
-        written[README] += f"| {' | '.join(_row(study, states[study.name], records))} |\n"
+        written[README] += f"| {' | '.join(_row(study, states[study.name]))} |\n"
         for name in study.pages:
             all_of_them = f"[all studies]({relpath(README, (ROOT / name).parent)})"
             remark = f"*{states[study.name].text}. `{study.command}` makes it anew; {all_of_them}.*"
@@ -107,12 +112,11 @@ def outdated(written: Mapping[Path, str]) -> list[Path]:
     return [path for path, text in written.items() if not path.is_file() or read_text(path) != text]
 
 
-def _row(study: Study, state: SourceState, records: Mapping[str, Record]) -> Iterable[str]:
-    seconds = records[study.name].seconds if study.name in records else 0
+def _row(study: Study, state: SourceState) -> Iterable[str]:
     yield f"[{study.name}]({relpath(ROOT / study.writes[0], README.parent)})"
     yield study.question
     yield f"`{study.command}`"
-    yield f"{max(1, round(seconds / 60))} min" if seconds else f"about {study.minutes} min"
+    yield f"{minutes_of_command(study)} min"
     yield state.text
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import re
+from itertools import cycle
 from pathlib import Path
 
 import pytest
 
+from studies.__main__ import main
 from studies.catalogue import STUDIES
-from studies.index import pages, source_state, with_remark, without_remark
+from studies.index import README, SourceState, pages, source_state, with_remark, without_remark
 from studies.provenance import Record, read_records, sources_of
 from studies.study import Step, Study
 
@@ -51,6 +54,24 @@ def test_what_is_said_of_sources(tmp_path: Path) -> None:
     assert state(made) == (True, f"Stale: 4 of 5 source files have changed ({named}) {since}")
     (tmp_path / "b.py").write_text("B = 2\n")
     assert STALENESS.sub("", state(made)[1]) == f" {since}"
+
+
+def test_the_list_has_the_minutes_and_the_states_of_the_index(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    states = {
+        name: SourceState(stale, "") for name, stale in zip(STUDIES, cycle((True, False, None)))
+    }
+    monkeypatch.setattr("studies.__main__.source_states", lambda _: states)
+    monkeypatch.setattr("studies.index.source_states", lambda _: states)
+    assert main(["--json"]) == 0
+    index = pages({})[README]
+    for facts in json.loads(capsys.readouterr().out):
+        assert facts["stale"] is states[facts["name"]].stale
+        assert f"| `{facts['command']}` | {facts['minutes']} min |" in index
+    assert main([]) == 0
+    listed = capsys.readouterr().out
+    assert all(word in listed for word in ("current", "stale", "not made"))
 
 
 def test_a_page_is_as_stale_as_the_parts_that_it_shows() -> None:
