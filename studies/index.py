@@ -17,6 +17,7 @@ README = ROOT / "studies/README.md"
 
 _BEGIN, _END = "<!-- sources -->", "<!-- /sources -->"
 _REMARK = re.compile(f"\n{_BEGIN}\n.*?\n{_END}\n", re.DOTALL)
+_CURRENT = "Sources: unchanged"
 _NAMED = 3
 """So many of the sources that have changed are named."""
 
@@ -26,8 +27,9 @@ What the pages of results stand on: each study answers a question by one command
 files anew and records its sources. A command that was stopped goes on where its runs are, which lie
 in `runs` or in `--runs DIR`; *DIR* is data that cannot be in the repository: `python -m studies
 --help` lists them. `python -m studies` lists the studies, `python -m studies check` compares their
-sources with those of today, and `python -m studies index` writes the result into this page and
-into the remark at the top of every other one.
+sources with those of today and fails where a page calls itself current that is not, and
+`python -m studies index` writes the result into this page and into the remark at the top of every
+other one.
 
 | study | question | command | takes about | sources |
 | --- | --- | --- | --- | --- |
@@ -77,7 +79,7 @@ def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT)
     now = sources_of((name for part in parts for name in part.sources), root)
     since = f"since it was made, {made.date} (avsec-gym {made.version})"
     if not (others := changed(then, now)):
-        return SourceState(False, f"Sources: unchanged {since}")
+        return SourceState(False, f"{_CURRENT} {since}")
     named = ", ".join([*others[:_NAMED], *(["..."] if len(others) > _NAMED else [])])
     count = f"{len(others)} of {len({*then.values(), *now.values()})} source files have changed"
     return SourceState(True, f"Stale: {count} ({named}) {since}")
@@ -110,6 +112,31 @@ def pages(records: Mapping[str, Record]) -> dict[Path, str]:
 def outdated(written: Mapping[Path, str]) -> list[Path]:
     """Those of the pages that hold something else, or are not there."""
     return [path for path, text in written.items() if not path.is_file() or read_text(path) != text]
+
+
+def called_current(states: Mapping[str, SourceState], root: Path = ROOT) -> list[str]:
+    """Pages that call sources unchanged which are not, and the index where it does, sorted.
+
+    A page that calls itself stale is none of them, whichever changed files it names.
+
+    Args:
+        states: Today's state of studies.
+        root: Root of the checkout.
+    """
+    changed_since = [STUDIES[name] for name, state in states.items() if state.stale is not False]
+    claims = {}
+    for name in (name for study in changed_since for name in study.pages):
+        remark = _REMARK.search(_text(root / name))
+        claims[name] = remark is not None and _CURRENT in remark[0]
+    index = README.relative_to(ROOT).as_posix()
+    rows = [row for row in _text(root / index).splitlines() if _CURRENT in row]
+    heads = tuple(f"| [{study.name}](" for study in changed_since)
+    claims[index] = any(row.startswith(heads) for row in rows)
+    return sorted(name for name, is_wrong in claims.items() if is_wrong)
+
+
+def _text(page: Path) -> str:
+    return read_text(page) if page.is_file() else ""
 
 
 def _row(study: Study, state: SourceState) -> Iterable[str]:
