@@ -127,7 +127,7 @@ def _check() -> None:
         print_line(f"`python -m studies index` would say so in {', '.join(others)}")
     if wrong := called_current(states):
         raise DataError(
-            f"{', '.join(wrong)}: sources are called unchanged that have changed",
+            f"{', '.join(wrong)}: sources are called unchanged that have changed.",
             remedy="Run `python -m studies index`, which makes the pages state so.",
         )
 
