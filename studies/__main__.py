@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from avsec_gym.console import BAD_DATA, BAD_USAGE, DONE, print_line, print_table, say
-from avsec_gym.errors import AvsecError, ConfigurationError
+from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.suggestions import unknown_name
-from studies.catalogue import STUDIES
-from studies.index import SourceState, outdated, pages, source_states
+from studies.catalogue import STUDIES, minutes_of_command
+from studies.index import SourceState, called_current, outdated, pages, source_states
 from studies.make_anew import Given, make_anew
 from studies.provenance import read_records
 from studies.study import DATA, ROOT, Study
@@ -80,17 +80,23 @@ def _place(path: str) -> str:
 
 
 def _list(as_json: bool) -> None:
+    states = source_states(read_records())
     if as_json:
-        states = source_states(read_records())
         print_line(
             json.dumps([_facts(study, states[study.name]) for study in STUDIES.values()], indent=1)
         )
         return
     rows = [
-        [study.name, study.question, f"{study.minutes} min", study.command]
+        [
+            study.name,
+            study.question,
+            f"{minutes_of_command(study)} min",
+            states[study.name].word,
+            study.command,
+        ]
         for study in STUDIES.values()
     ]
-    print_table("Studies", ["study", "question", "takes", "command"], rows)
+    print_table("Studies", ["study", "question", "takes about", "sources", "command"], rows)
 
 
 def _facts(study: Study, state: SourceState) -> dict[str, object]:
@@ -98,7 +104,7 @@ def _facts(study: Study, state: SourceState) -> dict[str, object]:
         "name": study.name,
         "question": study.question,
         "command": study.command,
-        "minutes": study.minutes,
+        "minutes": minutes_of_command(study),
         "writes": study.writes,
         "stale": state.stale,
         "sources": state.text,
@@ -106,7 +112,11 @@ def _facts(study: Study, state: SourceState) -> dict[str, object]:
 
 
 def _check() -> None:
-    """Tell, no more: a page that has become stale is no reason to stop anybody."""
+    """Tell what is stale, which is no fault; a page that calls itself current all the same is one.
+
+    Raises:
+        DataError: A page states that its sources are unchanged, and they are not.
+    """
     states = source_states(read_records())
     kinds = [state.stale for state in states.values()]
     print_line(
@@ -115,6 +125,11 @@ def _check() -> None:
     )
     if others := [path.relative_to(ROOT).as_posix() for path in outdated(pages(read_records()))]:
         print_line(f"`python -m studies index` would say so in {', '.join(others)}")
+    if wrong := called_current(states):
+        raise DataError(
+            f"{', '.join(wrong)}: sources are called unchanged that have changed.",
+            remedy="Run `python -m studies index`, which makes the pages state so.",
+        )
 
 
 def _write() -> None:

@@ -1,9 +1,10 @@
 """Every study, from catalogue.toml: each file in studies/results belongs to one of them.
 
-A study of the catalogue has its ``question``; ``minutes`` that it takes, about, on two cores; the
-files that it ``writes``, below studies/results or in docs; ``commands``, one a line.  Its sources
-are what the commands run and import; ``networks`` and ``also`` are those that are named by strings.
-``shows`` names studies whose results its page shows, too.
+A study of the catalogue has its ``question``; ``minutes`` that its commands take, about, on two
+cores, with nothing left of an earlier time; the files that it ``writes``, below studies/results or
+in docs; ``commands``, one a line.  Its sources are what the commands run and import; ``networks``
+and ``also`` are those that are named by strings.  ``shows`` names studies whose results its page
+shows, too.
 """
 
 from __future__ import annotations
@@ -97,3 +98,12 @@ def _path(module: str) -> str:
 
 STUDIES = read_catalogue()
 """By their names."""
+
+
+def minutes_of_command(study: Study) -> int:
+    """What `Study.command` takes, about: it makes the parts that the page shows, too.
+
+    A part stays as it is where it needs data that the command does not name, and takes nothing.
+    """
+    parts = [part for name in study.shows if {*(part := STUDIES[name]).needs} <= {*study.needs}]
+    return sum(each.minutes for each in (study, *parts))

@@ -9,7 +9,7 @@ from os.path import relpath
 from pathlib import Path
 
 from avsec_gym.storage.text_files import read_text
-from studies.catalogue import STUDIES
+from studies.catalogue import STUDIES, minutes_of_command
 from studies.provenance import Record, changed, sources_of
 from studies.study import ROOT, Study
 
@@ -17,6 +17,7 @@ README = ROOT / "studies/README.md"
 
 _BEGIN, _END = "<!-- sources -->", "<!-- /sources -->"
 _REMARK = re.compile(f"\n{_BEGIN}\n.*?\n{_END}\n", re.DOTALL)
+_CURRENT = "Sources: unchanged"
 _NAMED = 3
 """So many of the sources that have changed are named."""
 
@@ -26,10 +27,11 @@ What the pages of results stand on: each study answers a question by one command
 files anew and records its sources. A command that was stopped goes on where its runs are, which lie
 in `runs` or in `--runs DIR`; *DIR* is data that cannot be in the repository: `python -m studies
 --help` lists them. `python -m studies` lists the studies, `python -m studies check` compares their
-sources with those of today, and `python -m studies index` writes the result into this page and
-into the remark at the top of every other one.
+sources with those of today and fails where a page calls itself current that is not, and
+`python -m studies index` writes the result into this page and into the remark at the top of every
+other one.
 
-| study | question | command | takes | sources |
+| study | question | command | takes about | sources |
 | --- | --- | --- | --- | --- |
 """
 
@@ -43,6 +45,11 @@ class SourceState:
     that most studies render has a second edition.  None: not made yet."""
     text: str
     """In a sentence."""
+
+    @property
+    def word(self) -> str:
+        """In a word or two."""
+        return {None: "not made yet", True: "stale", False: "current"}[self.stale]
 
 
 def source_states(records: Mapping[str, Record]) -> dict[str, SourceState]:
@@ -72,7 +79,7 @@ def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT)
     now = sources_of((name for part in parts for name in part.sources), root)
     since = f"since it was made, {made.date} (avsec-gym {made.version})"
     if not (others := changed(then, now)):
-        return SourceState(False, f"Sources: unchanged {since}")
+        return SourceState(False, f"{_CURRENT} {since}")
     named = ", ".join([*others[:_NAMED], *(["..."] if len(others) > _NAMED else [])])
     count = f"{len(others)} of {len({*then.values(), *now.values()})} source files have changed"
     return SourceState(True, f"Stale: {count} ({named}) {since}")
@@ -94,7 +101,7 @@ def pages(records: Mapping[str, Record]) -> dict[Path, str]:
     states = source_states(records)
     written = {README: _HEAD}
     for study in STUDIES.values():
-        written[README] += f"| {' | '.join(_row(study, states[study.name], records))} |\n"
+        written[README] += f"| {' | '.join(_row(study, states[study.name]))} |\n"
         for name in study.pages:
             all_of_them = f"[all studies]({relpath(README, (ROOT / name).parent)})"
             remark = f"*{states[study.name].text}. `{study.command}` makes it anew; {all_of_them}.*"
@@ -107,12 +114,36 @@ def outdated(written: Mapping[Path, str]) -> list[Path]:
     return [path for path, text in written.items() if not path.is_file() or read_text(path) != text]
 
 
-def _row(study: Study, state: SourceState, records: Mapping[str, Record]) -> Iterable[str]:
-    seconds = records[study.name].seconds if study.name in records else 0
+def called_current(states: Mapping[str, SourceState], root: Path = ROOT) -> list[str]:
+    """Pages that call sources unchanged which are not, and the index where it does, sorted.
+
+    A page that calls itself stale is none of them, whichever changed files it names.
+
+    Args:
+        states: Today's state of studies.
+        root: Root of the checkout.
+    """
+    changed_since = [STUDIES[name] for name, state in states.items() if state.stale is not False]
+    claims = {}
+    for name in (name for study in changed_since for name in study.pages):
+        remark = _REMARK.search(_text(root / name))
+        claims[name] = remark is not None and _CURRENT in remark[0]
+    index = README.relative_to(ROOT).as_posix()
+    rows = [row for row in _text(root / index).splitlines() if _CURRENT in row]
+    heads = tuple(f"| [{study.name}](" for study in changed_since)
+    claims[index] = any(row.startswith(heads) for row in rows)
+    return sorted(name for name, is_wrong in claims.items() if is_wrong)
+
+
+def _text(page: Path) -> str:
+    return read_text(page) if page.is_file() else ""
+
+
+def _row(study: Study, state: SourceState) -> Iterable[str]:
     yield f"[{study.name}]({relpath(ROOT / study.writes[0], README.parent)})"
     yield study.question
     yield f"`{study.command}`"
-    yield f"{max(1, round(seconds / 60))} min" if seconds else f"about {study.minutes} min"
+    yield f"{minutes_of_command(study)} min"
     yield state.text
 
 

@@ -38,6 +38,7 @@ class Record:
     version: str = ""
     command: str = ""
     seconds: int = 0
+    """What this time took, which may have gone on with what an earlier one had left."""
     sources: Mapping[str, str] | None = None
     """Digest to path, one for each file; None: not recorded."""
 

@@ -59,7 +59,7 @@ class Study:
     name: str
     question: str
     minutes: int
-    """About, on two cores."""
+    """What its steps take, about, on two cores; see `catalogue.minutes_of_command`."""
     writes: tuple[str, ...]
     """Files; the first one is what a reader opens."""
     steps: tuple[Step, ...]

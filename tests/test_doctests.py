@@ -1,4 +1,4 @@
-"""The examples in the docstrings of every module of the package."""
+"""The examples in the docstrings of every module of the package, and of the studies."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import pkgutil
 import pytest
 
 import avsec_gym
+import studies
 
 MODULES = sorted(
     module.name
-    for module in pkgutil.walk_packages(avsec_gym.__path__, "avsec_gym.")
+    for package in (avsec_gym, studies)
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     if not module.name.endswith("__main__")
 )
 
@@ -23,7 +25,7 @@ def test_examples_of_module(name: str) -> None:
     try:
         module = importlib.import_module(name)
     except ModuleNotFoundError as error:
-        if (error.name or "").startswith("avsec_gym"):
+        if (error.name or "").startswith(("avsec_gym", "studies")):
             raise
         pytest.skip(f"{error.name} is not installed")
     assert doctest.testmod(module).failed == 0

@@ -37,7 +37,7 @@ def nearest_tests(module: str, most: int = 10) -> list[tuple[int, str]]:
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         inside = path.relative_to(ROOT)
         named = re.fullmatch(f"test_{name}(_command)?", path.stem)
-        steps = 0 if named else _steps_from(path).get(module)
+        steps = 0 if named else steps_from(path).get(module)
         if steps is not None:
             shared = len([0 for a, b in zip(mirrored.parts, inside.parts, strict=False) if a == b])
             found.append((steps, -len(words & set(path.stem.split("_"))), -shared, str(inside)))
@@ -51,7 +51,7 @@ def modules() -> list[str]:
 
 
 @cache
-def _steps_from(test: Path) -> dict[str, int]:
+def steps_from(test: Path) -> dict[str, int]:
     """Every module that a test's imports lead to, and in how many steps."""
     steps: dict[str, int] = {}
     waiting = deque((name, 1) for name in _imported(test))

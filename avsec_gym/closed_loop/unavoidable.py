@@ -1,5 +1,7 @@
 """A certificate that no car could have avoided a collision, whatever it did from the start on.
 
+For users of the library (docs/closed_loop.md); of ours, studies/driving_safety asks it.
+
 The argument.  Within its limits of acceleration a and of turning its wheels, a car that starts at
 speed v has after t seconds driven between the ways of full braking and of full acceleration.  It
 cannot have turned further, nor its centre have moved further aside, than at full acceleration with

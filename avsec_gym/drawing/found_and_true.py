@@ -1,4 +1,8 @@
-"""What detectors found beside what is true: boxes in the image, footprints from above."""
+"""What detectors found beside what is true: boxes in the image, footprints from above.
+
+For users of the library (examples/notebooks/attack_a_detector.ipynb); of ours,
+studies/perception draws with it.
+"""
 
 from __future__ import annotations
 

@@ -14,21 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts, iou_from_above
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
-from avsec_gym.metrics.contact_recall import contact_weights
-from avsec_gym.metrics.planning_kl import chances, occupied_cells, summed_divergence
-from avsec_gym.metrics.support_distance import MISSED, support_distance_error
-from avsec_gym.metrics.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
+from studies.chapter5.contact_recall import contact_weights
+from studies.chapter5.contested_objects import contested_objects
 from studies.chapter5.corrected_episodes import SAME
+from studies.chapter5.planning_kl import chances, occupied_cells, summed_divergence
+from studies.chapter5.support_distance import MISSED, support_distance_error
+from studies.chapter5.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 
 IN_REACH = 20.0
 """Metres from the camera: goals are 15 m ahead."""

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from avsec_gym.attacks.ghost_places import random_place
 from avsec_gym.attacks.object_scan import ObjectScan, cut_out_points, object_pose
 from avsec_gym.attacks.tampered_scan import inject_object, remove_object
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import transform_points
 
 _HEIGHT = 1.7
@@ -77,25 +76,8 @@ def test_pushed_rays_end_on_the_ground_behind_in_the_same_direction() -> None:
     assert away.max() < 1e-4
 
 
-def test_a_random_place_is_on_free_ground_and_faces_the_lidar() -> None:
-    wall = np.array([[x, 5.0, -1.0, 0.1] for x in np.arange(-30, 30, 0.5)], np.float32)
-    points = np.r_[_ground(), wall]
-    for seed in range(20):
-        pose = random_place(points, _scan(), np.random.default_rng(seed), (6.0, 25.0))
-        assert pose[2, 3] == pytest.approx(-_HEIGHT)
-        assert 6.0 <= np.hypot(*pose[:2, 3]) <= 25.0
-        sensor = np.linalg.inv(pose)[:3, 3]
-        assert np.arctan2(sensor[1], sensor[0]) == pytest.approx(np.pi, abs=1e-6) or np.arctan2(
-            sensor[1], sensor[0]
-        ) == pytest.approx(-np.pi, abs=1e-6)
-        own = transform_points(np.linalg.inv(pose), wall[:, :3])
-        assert not ((np.abs(own[:, 0]) <= 2.0) & (np.abs(own[:, 1]) <= 0.9)).any()
-
-
 def test_attacks_that_cannot_be_are_refused() -> None:
     with pytest.raises(ConfigurationError):
         inject_object(_ground(), _scan(), object_pose(np.array([0.0, 0.0, 0.0]), -1.0))
     with pytest.raises(ConfigurationError):
         remove_object(_ground(), _ahead(10.0), _CAR, "bent")  # type: ignore[arg-type]
-    with pytest.raises(DataError):
-        random_place(_ground()[:0], _scan(), np.random.default_rng(0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from studies.catalogue import STUDIES
+from studies.catalogue import STUDIES, minutes_of_command
 from studies.provenance import RECORDS, read_records, sources_of
 from studies.study import DATA, RESULTS, ROOT, Step
 
@@ -47,6 +47,16 @@ def test_words_of_a_command() -> None:
     )
     facula = '{"name": "facula", "camera": 3}'
     assert any(facula in step.words for step in STUDIES["pictures"].steps)
+
+
+def test_minutes_of_a_command_are_those_of_the_parts_that_it_makes_too() -> None:
+    detectors = STUDIES["detectors"]
+    made = ("detector_precision", "detector_benchmark", "detector_ranking")  # Need no data.
+    parts = sum(STUDIES[name].minutes for name in made)
+    assert minutes_of_command(detectors) == detectors.minutes + parts
+    assert all(
+        minutes_of_command(study) == study.minutes for study in STUDIES.values() if not study.shows
+    )
 
 
 def test_a_name_alone_stands_for_all_that_is_given() -> None:

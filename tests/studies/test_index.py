@@ -1,14 +1,25 @@
-"""Pages say what is known of their sources; CI holds them to all of it but the staleness."""
+"""Pages state what is known of their sources; of staleness, a page must not call itself current."""
 
 from __future__ import annotations
 
+import json
 import re
+from itertools import cycle
 from pathlib import Path
 
 import pytest
 
+from studies.__main__ import main
 from studies.catalogue import STUDIES
-from studies.index import pages, source_state, with_remark, without_remark
+from studies.index import (
+    README,
+    SourceState,
+    called_current,
+    pages,
+    source_state,
+    with_remark,
+    without_remark,
+)
 from studies.provenance import Record, read_records, sources_of
 from studies.study import Step, Study
 
@@ -53,6 +64,24 @@ def test_what_is_said_of_sources(tmp_path: Path) -> None:
     assert STALENESS.sub("", state(made)[1]) == f" {since}"
 
 
+def test_the_list_has_the_minutes_and_the_states_of_the_index(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    states = {
+        name: SourceState(stale, "") for name, stale in zip(STUDIES, cycle((True, False, None)))
+    }
+    monkeypatch.setattr("studies.__main__.source_states", lambda _: states)
+    monkeypatch.setattr("studies.index.source_states", lambda _: states)
+    assert main(["--json"]) == 0
+    index = pages({})[README]
+    for facts in json.loads(capsys.readouterr().out):
+        assert facts["stale"] is states[facts["name"]].stale
+        assert f"| `{facts['command']}` | {facts['minutes']} min |" in index
+    assert main([]) == 0
+    listed = capsys.readouterr().out
+    assert all(word in listed for word in ("current", "stale", "not made"))
+
+
 def test_a_page_is_as_stale_as_the_parts_that_it_shows() -> None:
     study = STUDIES["detectors"]
     made = {
@@ -66,6 +95,43 @@ def test_a_page_is_as_stale_as_the_parts_that_it_shows() -> None:
     assert source_state(study, made).text.startswith("Stale: 1 of ")
     made["disparity"] = Record("2026-11-22", "3b525f0")
     assert "(commit 3b525f0, 2026-11-22)" in source_state(study, made).text
+
+
+def test_a_page_that_is_called_current_though_its_sources_changed_is_found(tmp_path: Path) -> None:
+    since = "since it was made, 2026-12-01 (avsec-gym 0.1.0)"
+    current = f"Sources: unchanged {since}"
+    stale = f"Stale: 1 of 2 source files have changed (b.py) {since}"
+    place, index = "studies/results/believed.md", "studies/README.md"
+    (tmp_path / place).parent.mkdir(parents=True)
+
+    def found(remark: str, row: str, state: bool | None) -> list[str]:
+        page = with_remark(f"# Believed\n\n{current}\n", remark)  # The text is the study's own.
+        (tmp_path / place).write_text(page)
+        (tmp_path / index).write_text(f"| [fuzz](f.md) | {current} |\n| [believed](b) | {row} |\n")
+        return called_current({"believed": SourceState(state, "")}, tmp_path)
+
+    assert found(current, current, False) == []
+    assert found(stale, stale, True) == []
+    assert found(current, stale, True) == [place]
+    assert found(stale, current, True) == [index]
+    assert found(current, current, None) == [index, place]
+
+
+@pytest.mark.parametrize(("claims", "code"), [([], 0), (["studies/README.md"], 1)])
+def test_the_check_fails_on_such_a_page_alone(
+    claims: list[str],
+    code: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("studies.__main__.source_states", lambda _: {"a": SourceState(True, "")})
+    monkeypatch.setattr("studies.__main__.outdated", lambda _: [README])
+    monkeypatch.setattr("studies.__main__.pages", lambda _: {})
+    monkeypatch.setattr("studies.__main__.called_current", lambda _: claims)
+    assert main(["check"]) == code
+    told = capsys.readouterr()
+    assert "1 stale" in told.out
+    assert ("called unchanged" in told.err) == bool(claims)
 
 
 def test_a_remark_comes_below_the_title_and_goes_again() -> None:

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from avsec_gym.closed_loop.recorded.ego_motion import estimate_motion
-from avsec_gym.closed_loop.recorded.procedural_labels import drive_labels
 from avsec_gym.closed_loop.recorded.recorded_motion import from_first
 from avsec_gym.closed_loop.recorded.tracking_traffic import traffic_of_frames
 from avsec_gym.closed_loop.recorded.windows import known_motion
 from avsec_gym.world.drives import drive_scenes
 
 from .made_traffic import driving, motion, parked, traffic
+from .procedural_labels import drive_labels
 
 
 @pytest.mark.parametrize(("speed", "turning"), [(5.0, 0.0), (12.0, 0.0), (8.0, 0.05)])

@@ -8,7 +8,6 @@ import pytest
 
 import avsec_gym  # noqa: F401 - registers the environments.
 from avsec_gym.closed_loop.loop_scenes import loop_scenes
-from avsec_gym.closed_loop.recorded.procedural_labels import drive_labels
 from avsec_gym.closed_loop.recorded.recorded_scenes import recorded_windows
 from avsec_gym.closed_loop.recorded.windows import Refusal
 from avsec_gym.envs.planner_driver import PlannerDriver
@@ -20,6 +19,8 @@ from avsec_gym.kitti.tracking import write_tracking_labels
 from avsec_gym.kitti.writing import write_drive_records
 from avsec_gym.world.drives import DriveScenes, drive_scenes
 from avsec_gym.world.export.tracks import Sighting, tracklets_of
+
+from .procedural_labels import drive_labels
 
 FRAMES = 91
 NAME = "2026_01_01_drive_0001_sync"

@@ -1,4 +1,7 @@
-"""Several vehicles attacked at one instant: each by its own attack, or all by one ghost."""
+"""Several vehicles attacked at one instant: each by its own attack, or all by one ghost.
+
+For users of the library: docs/connected.md states what such attacks reach.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A test over frames: evidence that stays too small for one frame adds up over several."""
+"""A test over frames: evidence that stays too small for one frame adds up over several.
+
+For users of the library (docs/connected.md), who have a validator's results of successive frames.
+"""
 
 from __future__ import annotations
 
@@ -28,6 +31,10 @@ class SequentialTest:
 
     Raises:
         ConfigurationError: A limit or clip that is not positive, or an allowance beyond `clip`.
+
+    Example:
+        >>> SequentialTest(limit=4.0, clip=3.0).alarm([1.5, 1.5, -np.inf, 1.5])
+        3
     """
 
     limit: float = 5.0

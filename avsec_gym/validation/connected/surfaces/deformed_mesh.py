@@ -1,4 +1,7 @@
-"""The second choice of surface: a closed mesh, deformed towards the points as in Point2Mesh."""
+"""The second choice of surface: a closed mesh, deformed towards the points as in Point2Mesh.
+
+For users of the library (docs/connected.md), who give it to a validator by surfaces as its mesher.
+"""
 
 from __future__ import annotations
 
@@ -50,6 +53,11 @@ class DeformedMesh:
 
     Raises:
         ConfigurationError: A number that cannot be.
+
+    Example:
+        >>> points = np.random.default_rng(0).uniform(-1, 1, (40, 3))
+        >>> DeformedMesh(iterations=1, samples=40)(points).triangles.shape
+        (1280, 3)
     """
 
     iterations: int = 100
