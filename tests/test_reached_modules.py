@@ -46,11 +46,6 @@ LIBRARY = {
     "validation.connected.transport.vehicle_port": "examples/connected_sockets.py",
 }
 
-UNUSED = {
-    # Nothing plants tufts yet: to be used, or deleted, with the world's next edition.
-    "world.models.plants.grass",
-}
-
 
 def reached(begin: list[Path]) -> set[str]:
     """Modules that some files import or name by a string, and so on."""
@@ -66,7 +61,7 @@ def product() -> set[str]:
 
 def test_every_module_is_reached_or_library_api() -> None:
     library = [PACKAGE / f"{name.replace('.', '/')}.py" for name in LIBRARY]
-    kept = product() | {f"avsec_gym.{name}" for name in {*LIBRARY, *UNUSED}} | reached(library)
+    kept = product() | {f"avsec_gym.{name}" for name in LIBRARY} | reached(library)
     assert sorted(set(modules()) - kept) == [], (
         "nothing of the product imports these: move them to studies/ or to the tests, or show users"
         " what they are for in docs/, and list them above"
@@ -74,7 +69,7 @@ def test_every_module_is_reached_or_library_api() -> None:
 
 
 def test_what_the_product_reaches_is_not_listed() -> None:
-    assert sorted(product() & {f"avsec_gym.{name}" for name in {*LIBRARY, *UNUSED}}) == []
+    assert sorted(product() & {f"avsec_gym.{name}" for name in LIBRARY}) == []
 
 
 @pytest.mark.parametrize(("name", "place"), LIBRARY.items())

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import shapely
 
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.plants import (
@@ -11,7 +10,6 @@ from avsec_gym.world.models.plants import (
     VARIANTS,
     bush,
     distant_woods,
-    grass_tufts,
     hedge,
     hills,
     ivy,
@@ -163,17 +161,6 @@ def test_ivy_clings_to_its_wall():
     assert low[2] >= 0
     assert high[2] < 5.3
     assert np.abs(mesh.vertices[:, 1]).max() < 2.3
-
-
-def test_grass_stays_on_its_verge():
-    area = [(0, 0), (10, 0), (10, 1.5), (4, 2.5), (0, 1.5)]
-    mesh = grass_tufts(area, 25, np.random.default_rng(1))
-    check(mesh, 2000)
-    assert len(mesh.faces) == pytest.approx(25 * 3 * shapely.Polygon(area).area, rel=0.1)
-    region = shapely.Polygon(area).buffer(0.2)
-    assert shapely.contains_xy(region, mesh.vertices[:, :2]).all()
-    assert mesh.vertices[:, 2].min() == 0
-    assert mesh.vertices[:, 2].max() <= 0.14
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,8 +1,7 @@
-"""Plants: trees, bushes, hedges, ivy, grass, and the woods and hills far away."""
+"""Plants: trees, bushes, hedges, ivy, and the woods and hills far away."""
 
 from avsec_gym.world.models.plants.backdrop import distant_woods, hills
 from avsec_gym.world.models.plants.bushes import BUSHES, HEDGES, bush, hedge, ivy
-from avsec_gym.world.models.plants.grass import grass_tufts
 from avsec_gym.world.models.plants.species import SPECIES, Detail
 from avsec_gym.world.models.plants.trees import VARIANTS, tree
 
@@ -14,7 +13,6 @@ __all__ = [
     "Detail",
     "bush",
     "distant_woods",
-    "grass_tufts",
     "hedge",
     "hills",
     "ivy",
