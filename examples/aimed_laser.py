@@ -121,7 +121,7 @@ def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
     """
     boxes, scene = situation.scene.boxes, situation.scene
     ahead = np.flatnonzero(is_obstacle(boxes) & (boxes.poses[:, 0] > 1))
-    goal = situation.unattacked.drive.problem.goals[0].region[0]
+    goal = situation.unattacked.episode.problem.goals[0].region[0]
     line = LineString([(0.0, 0.0), (goal.x, goal.y)])
     nearest = sorted(ahead, key=lambda one: line.distance(Point(boxes.poses[one, :2])))
     for car in nearest:
@@ -137,7 +137,7 @@ def worth_a_shot(game: SensorAttackGame) -> Iterator[tuple[Scene, Intention]]:
     for scene, intention in product(game.scenes.scenes.labelled, Intention):
         if is_contested(scene, intention):
             look = game.situation(scene, intention).unattacked
-            if look.drive.record.safe and not look.report.alarm:
+            if look.episode.record.safe and not look.report.alarm:
                 yield scene, intention
 
 

@@ -156,7 +156,7 @@ class _Range:
         tampered = facula.attack(situation.unattacked.frame, int(generator.integers(2**31)))
         look = game.query(situation, tampered.frame)
         shot = tampered.settings["radius"], facula.strength
-        return Outcome(not look.drive.record.safe, look.report.alarm, *shot)
+        return Outcome(not look.episode.record.safe, look.report.alarm, *shot)
 
 
 def always(action: np.ndarray) -> Aim:

@@ -149,7 +149,7 @@ def unattacked(
                 (intention, game.situation(scene, intention).unattacked) for intention in played
             )
             safe = next(
-                ((intention, look) for intention, look in looks if look.drive.record.safe), None
+                ((intention, look) for intention, look in looks if look.episode.record.safe), None
             )
             if safe is not None:
                 found[scene.id, safe[0].value] = Outcome(False, safe[1].report.alarm)

@@ -1,4 +1,4 @@
-"""Which measure of perception tells of driving safety: over attacks, and in single drives?
+"""Which measure of perception tells of driving safety: over attacks, and in single episodes?
 
     python -m studies.chapter5.telling_page RUN --markdown FILE --figure FILE
 
@@ -40,7 +40,7 @@ from studies.chapter5.telling_measures import (
 
 @dataclass(frozen=True)
 class TellingMeasures:
-    """The study: the number of scenarios, rows over attacks, and rows of single drives."""
+    """The study: the number of scenarios, rows over attacks, and rows of single episodes."""
 
     scenarios: int
     measures: Sequence[MeasureRow]
@@ -85,17 +85,17 @@ def page(found: TellingMeasures, command: str) -> str:
                 [
                     _line(
                         row,
-                        f"{row.became_unsafe} in {row.scenes} scenes, {row.drives:,}",
+                        f"{row.became_unsafe} in {row.scenes} scenes, {row.episodes:,}",
                         interval(row.area, row.interval, 2),
                     )
                     for row in found.flips
                 ],
             ),
             "",
-            "Of the drives that are safe unattacked: the probability that the measure loses more in"
-            " one that the attack makes unsafe than in one that stays safe under the same attack;"
-            " 0.5 tells nothing. Average precision is then the area under the curve of the scene"
-            " alone, with every car as a recall of its own.",
+            "Of the episodes that are safe unattacked: the probability that the measure loses more"
+            " in one that the attack makes unsafe than in one that stays safe under the same"
+            " attack; 0.5 tells nothing. Average precision is then the area under the curve of the"
+            " scene alone, with every car as a recall of its own.",
             "",
             "## The measures",
             "",
@@ -106,7 +106,7 @@ def page(found: TellingMeasures, command: str) -> str:
             " (after Ceccarelli and Montecchi 2023); less ghosts: over real and invented objects.",
             f"- *Support distance*: 1 less the error of the gaps to each object, in units of"
             f" {MISSED:g} m, along the plan that the truth gives (after Deng et al. 2021).",
-            "- *Contested objects found*: those of which missing one alone makes the drive unsafe.",
+            "- *Contested objects found*: those of which missing one makes the episode unsafe.",
             f"- *Planning KL*: how far the belief moves the car from what it would do by the truth,"
             f" with cells of {CELL:g} m and a temperature of {TEMPERATURE:g} s (after Philion et"
             " al. 2020).",

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.cli import run
-from avsec_gym.experiments.chapter5 import attacked_drives, scenes
+from avsec_gym.experiments.chapter5 import attacked_episodes, scenes
 from avsec_gym.runs.run_folder import RunFolder
 
 DONE, BAD_DATA, BAD_USAGE = 0, 1, 2
@@ -40,7 +40,7 @@ def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[int, int
         root: Path = drawn_run.write_frames(tmp_path / f"frames-{seed}-{count}", count)
         return root
 
-    monkeypatch.setattr(attacked_drives, "AttackedDrives", drawn_run.DrawnDrives)
+    monkeypatch.setattr(attacked_episodes, "AttackedEpisodes", drawn_run.DrawnEpisodes)
     monkeypatch.setattr(scenes, "procedural_frames", frames)
     scenes._scenes.cache_clear()
     monkeypatch.chdir(tmp_path)

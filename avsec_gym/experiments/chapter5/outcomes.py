@@ -22,7 +22,7 @@ from avsec_gym.experiments.chapter5.settings import (
     setting,
     specific,
 )
-from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
+from avsec_gym.experiments.chapter5.true_episodes import GROUND_TRUTH
 from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.average_precision import (
     STANDARD_IOU,

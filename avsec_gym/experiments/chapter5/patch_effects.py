@@ -28,7 +28,7 @@ class PatchEffectRow:
 
     Args:
         condition: The detector under the patch.
-        drives: Number of episodes that are safe unattacked; no others count.
+        episodes: Number of episodes that are safe unattacked; no others count.
         seen: Share of those whose ghost is seen.
         unsafe_seen: Share of those with a ghost seen that become unsafe.
         unsafe_unseen: Share of the others that become unsafe: what else a patch does, such as
@@ -36,7 +36,7 @@ class PatchEffectRow:
     """
 
     condition: Condition
-    drives: int
+    episodes: int
     seen: Estimate
     unsafe_seen: Estimate
     unsafe_unseen: Estimate
