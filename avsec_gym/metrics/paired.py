@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,7 +19,7 @@ class PairedRates:
 
     Args:
         scenarios: Number of scenarios.
-        episodes: Number of episodes.
+        episodes: Number of episodes; ``drives`` in files, whose format it is.
         success_rate: Difference of the success rate.
         collision_rate: Difference of the collision rate.
         safe_driving_rate: Difference of the safe driving rate.
@@ -29,7 +29,7 @@ class PairedRates:
     """
 
     scenarios: int
-    episodes: int
+    episodes: int = field(metadata={"key": "drives"})
     success_rate: Estimate
     collision_rate: Estimate
     safe_driving_rate: Estimate

@@ -36,7 +36,7 @@ def draw_telling(
         _draw(left, [(row, row.rho) for row in measures], 0.0, (-1.05, 1.05))
         _draw(right, [(row, row.area) for row in flips], 0.5, (0.25, 1.02))
         left.set_title("over attacks", loc="left", weight="bold")
-        right.set_title("in single episodes of an attack", loc="left", weight="bold")
+        right.set_title("in single drives of an attack", loc="left", weight="bold")
         left.set_xlabel("rank correlation with safe driving lost")
         right.set_xlabel("area under the ROC curve")
         left.set_yticks(range(len(MEASURES)), MEASURES)

@@ -8,13 +8,14 @@ become unsafe than in those that stay safe?
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, MinIou
 from avsec_gym.metrics.average_precision_curves import draw_resamples
@@ -34,7 +35,8 @@ class FlipRow:
         measure: One of `MEASURES`.
         detector: The detector, or ``both``.
         family: The attacks that count, see `MeasureRow`.
-        episodes: Number of episodes that were safe unattacked, over the attacks.
+        episodes: Number of episodes that were safe unattacked, over the attacks; ``drives`` in
+            files, whose format it is.
         became_unsafe: Number of those that are not under attack.
         scenes: Number of scenes that these are in.
         area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
@@ -45,7 +47,7 @@ class FlipRow:
     measure: str
     detector: str
     family: str
-    episodes: int
+    episodes: int = field(metadata=keyed("drives"))
     became_unsafe: int
     scenes: int
     area: float | None

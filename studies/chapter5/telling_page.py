@@ -92,10 +92,10 @@ def page(found: TellingMeasures, command: str) -> str:
                 ],
             ),
             "",
-            "Of the episodes that are safe unattacked: the probability that the measure loses more"
-            " in one that the attack makes unsafe than in one that stays safe under the same"
-            " attack; 0.5 tells nothing. Average precision is then the area under the curve of the"
-            " scene alone, with every car as a recall of its own.",
+            "Of the drives that are safe unattacked: the probability that the measure loses more in"
+            " one that the attack makes unsafe than in one that stays safe under the same attack;"
+            " 0.5 tells nothing. Average precision is then the area under the curve of the scene"
+            " alone, with every car as a recall of its own.",
             "",
             "## The measures",
             "",
@@ -106,7 +106,7 @@ def page(found: TellingMeasures, command: str) -> str:
             " (after Ceccarelli and Montecchi 2023); less ghosts: over real and invented objects.",
             f"- *Support distance*: 1 less the error of the gaps to each object, in units of"
             f" {MISSED:g} m, along the plan that the truth gives (after Deng et al. 2021).",
-            "- *Contested objects found*: those of which missing one makes the episode unsafe.",
+            "- *Contested objects found*: those of which missing one alone makes the drive unsafe.",
             f"- *Planning KL*: how far the belief moves the car from what it would do by the truth,"
             f" with cells of {CELL:g} m and a temperature of {TEMPERATURE:g} s (after Philion et"
             " al. 2020).",

@@ -54,12 +54,12 @@ def test_from_nothing_to_the_page_and_once_more(
     usual = ("demo", "--scenarios", 4, "--workers", 0)
     assert ends(*usual) == DONE
     told = capsys.readouterr()
-    for words in ("12 drives", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
+    for words in ("12 episodes", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
         assert words in told.out
     assert [line for line in told.err.splitlines() if "report.html" in line] == [
         "runs/demo/report.html: what it is about, in a picture; then come the attacks",
         "runs/demo/report.html: the first scene in a picture; others follow",
-        "runs/demo/report.html: the drives in pictures",
+        "runs/demo/report.html: the episodes in pictures",
     ]
     out = tmp_path / "runs/demo"
     assert "PGD" in (out / "report.html").read_text()

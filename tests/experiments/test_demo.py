@@ -93,7 +93,7 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     assert (patch.rates.success_rate, patch.rates.collision_rate) == (0.5, 0.0)
 
 
-def test_the_story_counts_cars_and_the_drives_in_which_something_is_in_the_way(
+def test_the_story_counts_cars_and_the_episodes_in_which_something_is_in_the_way(
     made: ModuleType,
 ) -> None:
     names = made.names(4)
@@ -108,10 +108,10 @@ def test_the_story_counts_cars_and_the_drives_in_which_something_is_in_the_way(
     assert (clean.found, clean.cars, clean.safe, clean.episodes) == (cars, cars, 2, 3)
     assert (pgd.found, pgd.cars, pgd.safe, pgd.episodes) == (cars // 4, cars, 1, 3)
     tried, happened = sentences([clean, pgd])
-    assert "these 3 drives" in tried
+    assert "these 3 episodes" in tried
     assert f"DSGN finds {cars} of {cars} cars" in happened
     assert "safely in 2 of 3" in happened
-    assert f"{cars // 4} cars, 1 safe drives" in happened
+    assert f"{cars // 4} cars, 1 safe episodes" in happened
     assert list(sentences(story_rows(found, set(), 0.3))) == []
     # The episode that was made unsafe, not that which was unsafe before, nor one with a free way.
     first, *others = hits(found, ways, 4, 0.3)

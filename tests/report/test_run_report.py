@@ -126,7 +126,7 @@ def test_a_run_of_a_third_party_is_shown_by_its_settings(
     assert "| weak |" in markdown_page(report)
 
 
-def test_only_drives_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Path) -> None:
+def test_only_episodes_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Path) -> None:
     from avsec_gym.experiments.chapter5.experiments import PLANNERS
 
     asked = Configuration(str(frames), 2)
@@ -161,7 +161,7 @@ def test_scenes_are_chosen_by_their_rules(run: RunFolder) -> None:
     assert telling_scenes(outcomes, 0) == []
 
 
-def test_pictures_are_of_the_stored_drives(run: RunFolder, drawn: ModuleType) -> None:
+def test_pictures_are_of_the_stored_episodes(run: RunFolder, drawn: ModuleType) -> None:
     outcomes = outcomes_of(run)
     telling = telling_scenes(outcomes, 6)
     episodes = drawn.DrawnEpisodes(run.configuration)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 
 from avsec_gym.evaluation.contested import is_contested
@@ -13,6 +13,7 @@ from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.section.telling_scenes import Telling, telling_scenes
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, UNATTACKED
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.kitti.detections import above
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
@@ -33,7 +34,7 @@ class StoryRow:
         strength: The attack's strength.
         cars: Number of labelled cars in all scenes.
         found: How many of them are found, as where a plan is made: by boxes above the threshold.
-        episodes: Number of contested episodes.
+        episodes: Number of contested episodes; ``drives`` in files, whose format it is.
         safe: How many of these are safe.
     """
 
@@ -42,7 +43,7 @@ class StoryRow:
     strength: float
     cars: int
     found: int
-    episodes: int
+    episodes: int = field(metadata=keyed("drives"))
     safe: int
 
     @property
