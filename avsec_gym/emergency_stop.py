@@ -1,7 +1,7 @@
 """An emergency stop: what a car does that no longer trusts its sensors.
 
 It is judged as any trajectory is, until the car stands, and may touch something.  But it reaches no
-goal: a stop that touches nothing is no safe drive, it is filed as ``unplanned`` for the reason
+goal: a stop that touches nothing is no safe plan, it is filed as ``unplanned`` for the reason
 `STOPPED`, so that a car that always stops drives nowhere safely.
 """
 

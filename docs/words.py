@@ -16,6 +16,8 @@ ROOMS = (
     "CONTRIBUTING.md", "README.md",
 )  # fmt: skip
 """Folders and files whose words are those of the field."""
+READ = (".py", ".md", ".toml", ".js", ".css", ".html", ".j2", ".ipynb")
+"""How names of files that are read end: sources, prose, pages' parts and notebooks."""
 WORDS = {
     "moment": "frame (one rig) or instant (several vehicles)",
     "moments": "frames or instants",
@@ -23,11 +25,15 @@ WORDS = {
     "verdicts": "sensor statuses, or collision checks",
     "suspect": "compromised sensor",
     "suspects": "compromised sensors",
+    "notice": "detect, or alarm",
     "noticed": "detected",
     "notices": "detects",
+    "noticing": "detecting",
     "unnoticed": "undetected",
     "nobody": "no attack, or what the sentence is about",
     "somebody": "the attacker, or a user",
+    "somebodys": "what it belongs to",
+    "anybody": "the attacker, or a user",
     "everybody": "every vehicle",
     "mended": "corrected, or repaired",
     "honesty": "calibration",
@@ -38,9 +44,22 @@ WORDS = {
 """A word, and what stands in its place."""
 PUBLIC_WORDS = {"told": "reported, or known", "says": "reports, states, or the thing itself"}
 """Words that only tests may have, whose names and sentences no user reads."""
+NAMES = {
+    "stage": "built scene, or what it holds",
+    "shot": "posed scene, or attempt",
+    "shots": "posed scenes, or attempts",
+    "desk": "worker",
+}
+"""Parts of modules', classes' and functions' names: in sentences, these words have other uses."""
+RECORDED = ("closed_loop", "drives", "kitti", "world")
+"""Folders in whose code a class `Drive` is KITTI's recording, or a closed-loop run."""
+STAGES = ("avsec_gym/perception/", "tests/perception/")
+"""Folders of networks, which have stages."""
 
 ALLOWED = {
     ("avsec_gym/world/models/plants/trees.py", "stakes"): "wooden ones that hold a young tree",
+    ("avsec_gym/world/models/furniture/pavement.py", "notice"): "a board on a letter box",
+    ("studies/__main__.py", "anybody"): "any reader of a page",
     ("avsec_gym/validation/fitted_on.py", "moments"): "a key in files of earlier releases",
     ("avsec_gym/world/export/frame_files.py", "told"): "a name within; the world's code is data's",
     ("tests/runs/test_renamed.py", "knowing"): "the old name of an experiment",
@@ -50,6 +69,8 @@ ALLOWED = {
 LISTS = ("avsec_gym/runs/renamed.py", "docs/words.py", "tests/test_words.py")
 """Files that list old words."""
 
+_DEFINED = re.compile(r"\b(?:class|def) +(\w+)")
+_APART = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _WORD = re.compile(
     # Parts of names count as words: `test_noticed`, `_Moment`; of `knowingly` nothing does.
     r"(?<![a-z])(" + "|".join(WORDS | PUBLIC_WORDS) + r")(?![a-z])",
@@ -65,10 +86,32 @@ def found(text: str) -> Iterator[tuple[int, str]]:
         [(1, 'moment')]
     """
     # Names that join words by capitals are parted first: RepairedMoments.
-    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", text)
+    parted = _APART.sub("_", text)
     for number, line in enumerate(parted.splitlines(), start=1):
         for match in _WORD.finditer(line):
             yield number, match[1].lower()
+
+
+def names_of(path: str, text: str) -> Iterator[tuple[int, str, str]]:
+    """Names in Python code that are not to be given: line, name, and what stands in its place.
+
+    Args:
+        path: The file's place in the project; its own name counts as one of line 1.
+        text: Its text.
+
+    Example:
+        >>> [(line, name) for line, name, _ in names_of("a/b.py", "class LaserShot: ...")]
+        [(1, 'LaserShot')]
+    """
+    given = [(1, Path(path).stem)]
+    for number, line in enumerate(text.splitlines(), start=1):
+        given += [(number, match[1]) for match in _DEFINED.finditer(line)]
+    for number, name in given:
+        for part in _APART.sub("_", name).lower().split("_"):
+            if part in NAMES and not (part == "stage" and path.startswith(STAGES)):
+                yield number, name, NAMES[part]
+        if name in ("Drive", "Drives") and not set(Path(path).parts) & set(RECORDED):
+            yield number, name, "episode, or the setting and the row of a closed-loop run"
 
 
 def complaints(files: Iterable[Path]) -> list[str]:
@@ -77,9 +120,13 @@ def complaints(files: Iterable[Path]) -> list[str]:
     for file in files:
         path = file.relative_to(ROOT).as_posix()
         known = WORDS if path.startswith("tests/") else WORDS | PUBLIC_WORDS
-        for number, word in found(file.read_text(encoding="utf-8")):
+        text = file.read_text(encoding="utf-8")
+        for number, word in found(text):
             if word in known and (path, word) not in ALLOWED:
                 result.append(f"{path}:{number}: {word!r}: say {known[word]}")
+        if file.suffix == ".py":
+            for number, name, instead in names_of(path, text):
+                result.append(f"{path}:{number}: the name {name!r}: say {instead}")
     return result
 
 
@@ -88,7 +135,7 @@ def files_of_rooms() -> list[Path]:
     files: list[Path] = []
     for room in (ROOT / room for room in ROOMS):
         inside = room.rglob("*") if room.is_dir() else [room]
-        files += [file for file in inside if file.suffix in (".py", ".md", ".toml")]
+        files += [file for file in inside if file.suffix in READ]
     return sorted(file for file in files if file.relative_to(ROOT).as_posix() not in LISTS)
 
 

@@ -1,9 +1,9 @@
-"""A laser that is aimed at what is in the car's way: the shots of `train_quiet_laser.py`.
+"""A laser that is aimed at what is in the car's way: the attempts of `train_quiet_laser.py`.
 
     python examples/aimed_laser.py
     python examples/aimed_laser.py --radius 90 --out laser.png
 
-shoots by hand, once in each of some situations, and draws the first shot that makes a drive unsafe
+aims by hand, once in each of some situations, and draws the first attempt that makes a plan unsafe
 without an alarm of the validator; if there is none, the last.
 """
 
@@ -44,7 +44,7 @@ ACTIONS, SEEN = 5, 9
 
 
 class AimedLaser(gym.Wrapper):
-    """One shot an episode of `avsec/FaculaAttack-v0`, at the obstacle in the way, mostly a car.
+    """One attempt an episode of `avsec/FaculaAttack-v0`, at the obstacle in the way, mostly a car.
 
     Actions, each in [-1, 1]: the right camera if above 0, else the left; how far right of its
     middle and above it, in `REACH`; the radius, from the first to the second of `RADII`, by equal
@@ -56,7 +56,7 @@ class AimedLaser(gym.Wrapper):
     """
 
     quiet = True
-    """False: an unsafe drive is rewarded whether or not the validator raises an alarm."""
+    """False: an unsafe plan is rewarded whether or not the validator raises an alarm."""
 
     def __init__(self, env: gym.Env) -> None:
         super().__init__(env)
@@ -76,16 +76,16 @@ class AimedLaser(gym.Wrapper):
         return self._seen, info
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Shoot."""
+        """Shine."""
         frame = self.env.unwrapped.situation.unattacked.frame
         coding = self.env.unwrapped.coding(frame)
-        shot = coding.encode(self.shot(np.clip(action, -1.0, 1.0).astype(float)))
-        _, reward, _, _, info = self.env.step(np.clip(shot, -1.0, 1.0).astype(np.float32))
+        coded = coding.encode(self.facula(np.clip(action, -1.0, 1.0).astype(float)))
+        _, reward, _, _, info = self.env.step(np.clip(coded, -1.0, 1.0).astype(np.float32))
         if not self.quiet and info["alarm"] and not info["safe"]:
             reward = float(reward) + 1.0
         return self._seen, float(reward), True, False, info
 
-    def shot(self, action: Floats) -> Facula:
+    def facula(self, action: Floats) -> Facula:
         """What an action stands for here."""
         camera = RIGHT if action[0] > 0 else LEFT
         (small, large), (weak, strong) = RADII, STRENGTHS
@@ -121,7 +121,7 @@ def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
     """
     boxes, scene = situation.scene.boxes, situation.scene
     ahead = np.flatnonzero(is_obstacle(boxes) & (boxes.poses[:, 0] > 1))
-    goal = situation.unattacked.drive.problem.goals[0].region[0]
+    goal = situation.unattacked.episode.problem.goals[0].region[0]
     line = LineString([(0.0, 0.0), (goal.x, goal.y)])
     nearest = sorted(ahead, key=lambda one: line.distance(Point(boxes.poses[one, :2])))
     for car in nearest:
@@ -132,12 +132,12 @@ def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
     return boxes[nearest[:1]]
 
 
-def worth_a_shot(game: SensorAttackGame) -> Iterator[tuple[Scene, Intention]]:
+def worth_attacking(game: SensorAttackGame) -> Iterator[tuple[Scene, Intention]]:
     """Situations with something in the way, safe and without an alarm while there is no attack."""
     for scene, intention in product(game.scenes.scenes.labelled, Intention):
         if is_contested(scene, intention):
             look = game.situation(scene, intention).unattacked
-            if look.drive.record.safe and not look.report.alarm:
+            if look.episode.record.safe and not look.report.alarm:
                 yield scene, intention
 
 
@@ -149,7 +149,7 @@ def by_hand(radius: float) -> np.ndarray:
 
 
 def main() -> None:
-    """Shoot, print, draw."""
+    """Shine, print, draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--radius", type=float, default=45.0, help="pixels, from 10 to 180")
     parser.add_argument("--shots", type=int, default=8, help="at most")
@@ -171,7 +171,7 @@ def main() -> None:
         render_mode="rgb_array",
     )
     env, game = AimedLaser(made), made.unwrapped.game
-    for scene, intention in islice(worth_a_shot(game), options.shots):
+    for scene, intention in islice(worth_attacking(game), options.shots):
         env.reset(options={"scenario": scene.id, "intention": intention.value})
         *_, info = env.step(by_hand(options.radius))
         alarm = "alarm" if info["alarm"] else "no alarm"

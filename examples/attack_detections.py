@@ -13,16 +13,16 @@ import json
 import sys
 from pathlib import Path
 
-from avsec_gym.drawing.scenario_picture import draw_drive, draw_sheet, save_picture
-from avsec_gym.evaluation.files import drive_with_tree
-from avsec_gym.evaluation.ghost_attack import AttackedDrive, ghost_attack, summary
+from avsec_gym.drawing.scenario_picture import draw_episode, draw_sheet, save_picture
+from avsec_gym.evaluation.files import episode_with_tree
+from avsec_gym.evaluation.ghost_attack import AttackedEpisode, ghost_attack, summary
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_sets import procedural_scenes
 
 
-def draw(drives: list[AttackedDrive], folder: Path) -> None:
+def draw(episodes: list[AttackedEpisode], folder: Path) -> None:
     """A street and a highway that the attack makes unsafe, as they are and attacked; a sheet."""
-    turned = [each for each in drives if each.clean.safe and not each.attacked.safe]
+    turned = [each for each in episodes if each.clean.safe and not each.attacked.safe]
     # Where much goes on, there is more to see.
     turned.sort(key=lambda each: -len(each.scene.boxes))
     chosen = []
@@ -30,12 +30,12 @@ def draw(drives: list[AttackedDrive], folder: Path) -> None:
         chosen += [each for each in turned if each.scene.road_type == road_type][:1]
     folder.mkdir(parents=True, exist_ok=True)
     shown = []
-    for each in chosen or drives[:1]:
+    for each in chosen or episodes[:1]:
         for name, believed in (("clean", None), ("attacked", each.believed)):
-            drive = drive_with_tree(each.scene, each.intention, believed, Motion.TRUTH)
-            shown.append(drive)
+            episode = episode_with_tree(each.scene, each.intention, believed, Motion.TRUTH)
+            shown.append(episode)
             path = folder / f"{each.scene.road_type}_{name}.png"
-            save_picture(draw_drive(drive), path, overwrite=True)
+            save_picture(draw_episode(episode), path, overwrite=True)
     save_picture(draw_sheet(shown), folder / "sheet.png", overwrite=True)
 
 
@@ -45,11 +45,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    drives = ghost_attack(procedural_scenes(options.scenes, seed=options.seed))
-    json.dump(summary(drives), sys.stdout, indent=1)
+    episodes = ghost_attack(procedural_scenes(options.scenes, seed=options.seed))
+    json.dump(summary(episodes), sys.stdout, indent=1)
     sys.stdout.write("\n")
     if options.out is not None:
-        draw(drives, options.out)
+        draw(episodes, options.out)
 
 
 if __name__ == "__main__":

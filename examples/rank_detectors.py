@@ -36,7 +36,7 @@ class EmptyDetector:
 
 
 def ranked(detector: Any, scenarios: str, episodes: int) -> dict[str, Any]:
-    """One row: the share of safe drives over seeded episodes, the same for every detector."""
+    """One row: the share of safe plans over seeded episodes, the same for every detector."""
     env = gym.make("avsec/DetectorBenchmark-v0", scenarios=scenarios)
     policy = DetectorPolicy(detector, env)
     env.reset(seed=0)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from laser_shots import BY_HAND, LEARNERS
+from laser_attempts import BY_HAND, LEARNERS
 from matplotlib.figure import Figure
 from train_quiet_laser import RATES, ROWS
 

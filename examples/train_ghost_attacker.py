@@ -68,7 +68,7 @@ def rule_of(agent: PPO) -> Rule:
 
 
 def wins(rule: Rule, episodes: int, seed: int) -> np.ndarray:
-    """Whether a rule makes each of some held-out drives unsafe, shape (episodes,)."""
+    """Whether a rule makes each of some held-out plans unsafe, shape (episodes,)."""
     envs = gym.make_vec(ID, num_envs=episodes, scenarios=HELD_OUT)
     observations, _ = envs.reset(seed=seed)
     actions = np.full(envs.action_space.shape, -1.0, np.float32)

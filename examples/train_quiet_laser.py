@@ -3,20 +3,20 @@
     python examples/train_quiet_laser.py
     python examples/train_quiet_laser.py --json > quiet_laser.json
 
-A laser has one shot at what is in the car's way, mostly a parked car, into one of the two cameras:
-it chooses where beside the middle, how large a spot and how strong a light.  SAC learns it twice:
-the quiet agent is paid for a drive that becomes unsafe while the validator raises no alarm, the
-loud one for every drive that becomes unsafe; both pay a little for each shot and for large spots.
-CMA-ES and random search learn one shot for all situations, with as many shots and by the same two
-rewards.  In held-out scenes they are compared with no attack, full light on the middle at four
-radii, random shots of their own kind, and the thesis' facula (section 3.2.3), which is larger, and
-anywhere in the image.
+A laser has one attempt at what is in the car's way, mostly a parked car, into one of the two
+cameras: it chooses where beside the middle, how large a spot and how strong a light.  SAC learns it
+twice: the quiet agent is paid for a plan that becomes unsafe while the validator raises no alarm,
+the loud one for every plan that becomes unsafe; both pay a little for each attempt and for large
+spots.  CMA-ES and random search learn one spot for all situations, with as many attempts and by
+the same two rewards.  In held-out scenes they are compared with no attack, full light on the
+middle at four radii, random spots of their own kind, and the thesis' facula (section 3.2.3), which
+is larger, and anywhere in the image.
 
 Rates are means over seeds, each of which is in `by_seed`.  Their 95 % intervals are Wilson's, of
 situations that the seeds share; those of learners are widened by how much their trainings differ
 (Student's t of the seeds' rates, both spreads squared and added).  `outcomes` lists
 each of `situations`, by seed: `.` safe, `n` safe with an alarm, `U` unsafe, `N` unsafe with an
-alarm.  `quiet_less_loud` is what the quiet reward costs in unsafe drives and gains in those without
+alarm.  `quiet_less_loud` is what the quiet reward costs in unsafe plans and gains in those without
 an alarm, with Newcombe's intervals (1998), as if the two were of different situations.
 
 Scenes to learn in, to be judged by, and to measure the validator's thresholds on are different
@@ -24,8 +24,8 @@ ones, rendered alike: in all of them something is in the way.  In about half the
 without an attack: of each of these one situation is played, whether or not it raises an alarm by
 itself.
 
-The scenes are rendered on first use, two seconds each; a shot takes half a second, and two
-processes shoot: some 45 minutes of two cores in all.
+The scenes are rendered on first use, two seconds each; an attempt takes half a second, and two
+processes attack: some 45 minutes of two cores in all.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from typing import Any
 
 import numpy as np
 from aimed_laser import RADII, REACH, STRENGTHS
-from laser_shots import LEARNERS, SHOOTERS, TRAINED, Outcome, Situation, laser, shots
+from laser_attempts import ATTACKERS, LEARNERS, TRAINED, Outcome, Situation, attempts, laser
 from scipy.stats import t
 from train_perturbation_attacker import arguments, given
 
@@ -60,7 +60,7 @@ from avsec_gym.validation.thresholds import ThresholdTable
 
 TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
 """Sets of layouts."""
-ROWS = ("no_attack", *reversed(SHOOTERS))
+ROWS = ("no_attack", *reversed(ATTACKERS))
 RATES: dict[str, Callable[[Outcome], bool]] = {
     "unsafe": lambda outcome: outcome.unsafe,
     "alarm": lambda outcome: outcome.alarm,
@@ -89,7 +89,7 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
         if not clean:
             raise SystemExit("no held-out scene is driven safely by itself: raise --held-out")
         seeds = range(options.seed, options.seed + options.seeds)
-        found = shots(options, list(clean), seeds)
+        found = attempts(options, list(clean), seeds)
     rows = {"no_attack": [list(clean.values())], **found}
     return {
         "detector": given(options.detector),
@@ -149,7 +149,7 @@ def unattacked(
                 (intention, game.situation(scene, intention).unattacked) for intention in played
             )
             safe = next(
-                ((intention, look) for intention, look in looks if look.drive.record.safe), None
+                ((intention, look) for intention, look in looks if look.episode.record.safe), None
             )
             if safe is not None:
                 found[scene.id, safe[0].value] = Outcome(False, safe[1].report.alarm)
@@ -169,11 +169,11 @@ def summary(outcomes: list[list[Outcome]], trained: bool) -> dict[str, Any]:
             "interval": [round(low, 4), round(high, 4)],
             "by_seed": flags.mean(axis=1).round(4).tolist(),
         }
-    shots = [shot for seed in outcomes for shot in seed]
+    fired = [outcome for seed in outcomes for outcome in seed]
     return rates | {
-        "radius": round(float(np.mean([shot.radius for shot in shots])), 1),
-        "strength": round(float(np.mean([shot.strength for shot in shots])), 1),
-        "outcomes": ["".join(".nUN"[2 * shot.unsafe + shot.alarm] for shot in s) for s in outcomes],
+        "radius": round(float(np.mean([outcome.radius for outcome in fired])), 1),
+        "strength": round(float(np.mean([outcome.strength for outcome in fired])), 1),
+        "outcomes": ["".join(".nUN"[2 * each.unsafe + each.alarm] for each in s) for s in outcomes],
     }
 
 

@@ -207,7 +207,7 @@ def test_parts_are_found_by_name(tmp_path: Path) -> None:
         Pipeline("oracle", selector="large")
 
 
-def test_an_alarm_stops_the_car_before_anybody_looks() -> None:
+def test_an_alarm_stops_the_car_before_a_detector_looks() -> None:
     detector, watchdog = Believer(), Watchdog()
     pipeline = Pipeline(detector, Glare(), validator=watchdog)
     run = pipeline(EMPTY_STREET, frame())

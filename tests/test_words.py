@@ -31,7 +31,10 @@ def test_the_rooms_hold_none(words: ModuleType) -> None:
     "line",
     [
         "def of_moment() -> None: ...", "class RepairedMoments: ...", "# Nobody knows it.",
-        'text = "was it noticed?"', "found = [one.id for one in frames]", "VERDICT = 1",
+        'text = "was it noticed?"', 'text = "the car may notice"', "# Anybody may read it.",
+        "class LaserShot: ...", "def worth_a_shot() -> None: ...", "class Stage: ...",
+        "    def desk_of(self) -> None: ...", "class Drive: ...",
+        "found = [one.id for one in frames]", "VERDICT = 1",
     ],
 )  # fmt: skip
 def test_an_added_word_is_found(
@@ -55,9 +58,44 @@ def test_tests_may_have_words_that_the_package_may_not(
     assert [line.split(":")[1] for line in words.complaints([outside])] == ["1", "2"]
 
 
-@pytest.mark.parametrize("line", ["momentum = mass * speed", "unknowing = 1", "notice = board()"])
+@pytest.mark.parametrize("line", ["momentum = mass * speed", "unknowing = 1", "noticeable = 2"])
 def test_other_words_are_not(words: ModuleType, line: str) -> None:
     assert list(words.found(line)) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        ("drawing/page.py", "def screenshot() -> None: ..."),
+        ("drawing/page.py", "a = 1  # The second stage, at one shot."),
+        ("avsec_gym/perception/nn/resnet.py", "def residual_stages() -> None: ..."),
+        ("avsec_gym/perception/nn/resnet.py", "def residual_stage() -> None: ..."),
+        ("avsec_gym/kitti/raw.py", "class Drive: ..."),
+        ("avsec_gym/closed_loop/light/light_drive.py", "class Drives: ..."),
+        ("avsec_gym/drives/one_drive.py", "class Drive(Recording): ..."),
+    ],
+)
+def test_names_of_the_field_are_not(words: ModuleType, path: str, line: str) -> None:
+    assert list(words.names_of(path, line)) == []
+
+
+def test_a_module_has_a_name_too(words: ModuleType) -> None:
+    found = [name for _, name, _ in words.names_of("examples/laser_shots.py", "")]
+    assert found == ["laser_shots"]
+
+
+@pytest.mark.parametrize("name", ["page.js", "page.css", "page.html", "page.html.j2", "a.ipynb"])
+def test_pages_and_notebooks_are_read(
+    words: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr(words, "ROOT", tmp_path)
+    (tmp_path / "avsec_gym").mkdir()
+    (tmp_path / "avsec_gym" / name).write_text("/* Somebody opens it. */")
+    (tmp_path / "README.md").write_text("")
+    (tmp_path / "CONTRIBUTING.md").write_text("")
+    assert words.complaints(words.files_of_rooms()) == [
+        f"avsec_gym/{name}:1: 'somebody': say the attacker, or a user"
+    ]
 
 
 def test_every_allowed_use_is_there(words: ModuleType) -> None:

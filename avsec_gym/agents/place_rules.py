@@ -32,7 +32,7 @@ class Episodes:
     observations: np.ndarray
     """Shape (B, M)."""
     won: np.ndarray
-    """Whether a ghost at each place makes the drive unsafe, shape (B, K)."""
+    """Whether a ghost at each place makes the episode unsafe, shape (B, K)."""
 
     @property
     def places(self) -> PlaceFeatures:

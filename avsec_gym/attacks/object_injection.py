@@ -119,7 +119,7 @@ def hide_objects(boxes: Boxes3D, hidden: NDArray[np.intp]) -> Boxes3D:
 
 @dataclass(frozen=True)
 class RandomGhosts:
-    """The baseline attacker: ghosts at random places until the drive is unsafe.
+    """The baseline attacker: ghosts at random places until the episode is unsafe.
 
     Args:
         ghosts: Number of ghosts at once.
@@ -146,7 +146,7 @@ class RandomGhosts:
 
         Args:
             boxes: Detections without the attack.
-            is_unsafe: Queries the victim: whether the drive on these detections is unsafe.
+            is_unsafe: Queries the victim: whether the episode on these detections is unsafe.
             seed: Seed of the places.
 
         Returns:

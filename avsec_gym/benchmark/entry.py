@@ -4,7 +4,7 @@
      "rows": [{"scenes": "contested", "setting": "white_box", "safe_driving_rate": 0.41, ...}],
      "drives": [{"setting": "patch", "at_fault": {"count": 31, "of": 120, ...}, ...}]}
 
-`avsec_gym.benchmark.making` makes it; `read_entry` reads anybody's.
+`avsec_gym.benchmark.making` makes it; `read_entry` reads it, whoever made it.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ class EntryRow:
         precision: Where something was detected.
         against: The setting that `paired` compares with.
         paired: Differences of the rates, this setting minus the other, on the same episodes.
-        alarms: Of a validator: frames with an alarm.
-        named: Of a validator: frames of which it named the attacked sensors, and no others.
+        alarms: Frames with an alarm of a validator.
+        named: Frames of which a validator named the attacked sensors, and no others.
         collided: Episodes that collide, of all of them.
         stopped: Episodes that the car stops in at an alarm, of all of them.
     """
@@ -99,8 +99,8 @@ class Entry:
         part: The part, by name or with its arguments; of results a fingerprint in place of their
             folder.
         quick: Whether only a few scenes were driven: no row of a leaderboard.
-        white_box: Of a detector: whether an attack took its own gradients.
-        masked: Of a detector: whether attacks that do not know it left fewer contested drives safe
+        white_box: Whether an attack took the detector's own gradients.
+        masked: Whether attacks that do not know a detector left fewer contested episodes safe
             than the one by its own gradients, the whole interval of a difference below 0: then its
             gradients lead nowhere, and what seems robust under them is not.
         scenes: The scenes.

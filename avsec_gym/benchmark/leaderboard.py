@@ -92,9 +92,9 @@ def _detectors(entries: Sequence[Entry]) -> Table:
         f"{_SAFE} AP: average precision of moderate cars in 3D at an overlap of 0.7, 11 recall "
         "points, on all scenes. Attacks: projected gradient descent, 4 grey levels, 7 steps; a "
         "patch that was trained against both of the package's detectors. Hides its gradients: an "
-        "attack that does not know the detector leaves fewer drives safe than the one by its own "
+        "attack that does not know the detector leaves fewer episodes safe than the one by its own "
         "gradients, the whole interval of the paired difference below 0. Worst case: the setting "
-        "with the fewest safe drives."
+        "with the fewest safe episodes."
     )
     return Table(
         "Detectors, the safest to drive by first",

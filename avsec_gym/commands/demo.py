@@ -79,7 +79,7 @@ class Demo:
             console.print_json("demo", figures)
         for sentence in report.sentences:
             console.say(sentence)
-        console.say(f"{self.out / PAGE}: the drives in pictures")
+        console.say(f"{self.out / PAGE}: the episodes in pictures")
         return max(ran, reported)
 
     def _looks_first(self) -> bool:
@@ -139,9 +139,9 @@ class _FirstScene:
 def _print(rows: list[DemoRow]) -> None:
     from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 
-    drives = rows[0].rates.scenarios
+    episodes = rows[0].rates.scenarios
     console.print_table(
-        f"{drives} drives left, straight and right, % with 95 % Wilson intervals;"
+        f"{episodes} episodes left, straight and right, % with 95 % Wilson intervals;"
         f" AP: cars, 3D, moderate, 11 points{_ceiling(rows)}",
         ["detector", "attack", "AP 0.7", "AP 0.5", "success", "collision", "safe driving"],
         [

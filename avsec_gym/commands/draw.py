@@ -17,7 +17,7 @@ _MOST_LAYOUTS = 100_000
 
 @dataclass(frozen=True)
 class Draw:
-    """Draw a drive: lanes, objects believed and real, search tree, trajectory, collision check."""
+    """Draw an episode: lanes, objects believed and real, search tree, trajectory, collisions."""
 
     scene: Annotated[str, tyro.conf.Positional]
     """Its id, such as 000107 or street-000003."""
@@ -49,8 +49,8 @@ class Draw:
         """Do it; the exit code."""
         from avsec_gym.commands.named_planner import named_planner
         from avsec_gym.commands.named_scenes import named_scenes
-        from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
-        from avsec_gym.evaluation.files import drive_with_tree
+        from avsec_gym.drawing.scenario_picture import draw_episode, save_picture
+        from avsec_gym.evaluation.files import episode_with_tree
         from avsec_gym.evaluation.rates import Detected
         from avsec_gym.kitti.detections import DetectionFolder
         from avsec_gym.scenario.intention import Intention
@@ -84,7 +84,7 @@ class Draw:
             believed, motion = detected.kept()[self.scene], Motion.STATIC
         if self.motion is not None:
             motion = Motion(self.motion)
-        shown = drive_with_tree(
+        shown = episode_with_tree(
             known[self.scene], Intention(self.intention), believed, motion, planner
         )
         path = self.out or Path(f"{self.scene}_{self.intention}.png")
@@ -97,6 +97,6 @@ class Draw:
                 )
             write_scene_recording(shown, path)
         else:
-            save_picture(draw_drive(shown), path, overwrite=self.overwrite)
+            save_picture(draw_episode(shown), path, overwrite=self.overwrite)
         console.say(f"{path}: {shown.record.outcome}; {shown.plan.explanation}")
         return console.DONE

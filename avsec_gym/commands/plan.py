@@ -187,10 +187,10 @@ def _expand(files: tuple[Path, ...]) -> list[Path]:
 
 
 def _draw(scenario: PlanningScenario, plan: Plan, path: Path, overwrite: bool) -> None:
-    from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
+    from avsec_gym.drawing.scenario_picture import draw_episode, save_picture
     from avsec_gym.metrics.safety import judge
     from avsec_gym.pipeline import Episode
 
     record = judge(plan, scenario, scenario.obstacles)
-    drive = Episode(scenario, plan, scenario.obstacles, record)
-    save_picture(draw_drive(drive), path, overwrite=overwrite)
+    episode = Episode(scenario, plan, scenario.obstacles, record)
+    save_picture(draw_episode(episode), path, overwrite=overwrite)

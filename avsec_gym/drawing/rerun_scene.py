@@ -20,20 +20,20 @@ from avsec_gym.scenario.obstacles import Obstacles
 _LANE = "#b0b8be"
 
 
-def write_scene_recording(drive: Episode, path: Path, *, vehicle: Vehicle = BMW_320I) -> None:
-    """Write a planned drive on the ground plane: x forward, y left, metres from its start.
+def write_scene_recording(episode: Episode, path: Path, *, vehicle: Vehicle = BMW_320I) -> None:
+    """Write a planned episode on the ground plane: x forward, y left, metres from its start.
 
     Heights are unknown to the planner, and none are drawn.
 
     Args:
-        drive: The planned trajectory and its check; its plan shows a search tree where it kept one.
+        episode: The planned trajectory and its check; its plan shows a search tree if it kept one.
         path: The file, ``.rrd``; one that is there is replaced.
         vehicle: The vehicle that drives.
 
     Raises:
         ConfigurationError: Rerun's SDK is not installed.
     """
-    problem, plan = drive.problem, drive.plan
+    problem, plan = episode.problem, episode.plan
     with recording(path, f"scene {problem.id}") as stream:
         import rerun as rr
 
@@ -51,12 +51,12 @@ def write_scene_recording(drive: Episode, path: Path, *, vehicle: Vehicle = BMW_
             _lines(stream, "trajectory", [plan.trajectory[:, :2]], EGO, static=True)
             steps = [plan.first_step + i for i in range(len(plan.trajectory))]
             corners = footprints(plan.trajectory, vehicle)
-        text = f"{drive.record.outcome}: {plan.explanation}"
+        text = f"{episode.record.outcome}: {plan.explanation}"
         stream.log("outcome", rr.TextDocument(text), static=True)
         # What moves.
         for i, step in enumerate(steps):
             stream.set_time("time", duration=(step - problem.start.step) * problem.dt)
-            _obstacles(stream, "real", drive.truth, step, REAL)
+            _obstacles(stream, "real", episode.truth, step, REAL)
             _obstacles(stream, "believed", problem.obstacles, step, BELIEVED)
             if i < len(corners):
                 _lines(stream, "car", [np.vstack([corners[i], corners[i][:1]])], EGO)

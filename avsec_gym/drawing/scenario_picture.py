@@ -33,11 +33,13 @@ _MARGIN = 4.0
 """Metres around a trajectory that leads farther."""
 
 
-def draw_drive(drive: Episode, *, vehicle: Vehicle = BMW_320I, title: str | None = None) -> Figure:
+def draw_episode(
+    episode: Episode, *, vehicle: Vehicle = BMW_320I, title: str | None = None
+) -> Figure:
     """The whole picture with its legend.
 
     Args:
-        drive: The planned trajectory and its check; its plan shows a search tree where it kept one.
+        episode: The planned trajectory and its check; its plan shows a search tree if it kept one.
         vehicle: The vehicle that drives.
         title: Title beside the outcome; None: scenario and intention.
     """
@@ -45,25 +47,25 @@ def draw_drive(drive: Episode, *, vehicle: Vehicle = BMW_320I, title: str | None
 
     figure = Figure(figsize=(9.2, 5.6), dpi=110, facecolor="white")
     axes = figure.add_axes((0.02, 0.11, 0.96, 0.77))
-    draw_into(axes, drive, vehicle=vehicle)
-    word, colour = _OUTCOMES.get(drive.record.outcome, ("no plan", "#b8860b"))
-    problem = drive.problem
+    draw_into(axes, episode, vehicle=vehicle)
+    word, colour = _OUTCOMES.get(episode.record.outcome, ("no plan", "#b8860b"))
+    problem = episode.problem
     if title is None:
         title = f"{problem.id} · {problem.intention or ''} · {problem.road_type or ''}".strip(" ·")
     figure.text(0.02, 0.945, as_drawn(title), size=13, weight="bold", color=INK, va="center")
     figure.text(
         0.98, 0.945, word.upper(), size=13, weight="bold", color=colour, va="center", ha="right"
     )
-    figure.text(0.02, 0.9, _sentence(drive), size=9.5, color=INK, va="center")
-    _legend(axes, figure, drive)
+    figure.text(0.02, 0.9, _sentence(episode), size=9.5, color=INK, va="center")
+    _legend(axes, figure, episode)
     return figure
 
 
-def draw_into(axes: Axes, drive: Episode, *, vehicle: Vehicle = BMW_320I) -> None:
+def draw_into(axes: Axes, episode: Episode, *, vehicle: Vehicle = BMW_320I) -> None:
     """Draw the scene into given axes, x forward to the right, y left upwards."""
     from matplotlib.collections import LineCollection, PolyCollection
 
-    problem, plan = drive.problem, drive.plan
+    problem, plan = episode.problem, episode.plan
     start = problem.start
     # The ground: lanes, goal regions, search tree.
     axes.set_facecolor("#dfe4e8" if problem.road.lanelets else ROAD)
@@ -77,9 +79,9 @@ def draw_into(axes: Axes, drive: Episode, *, vehicle: Vehicle = BMW_320I) -> Non
         lines = np.stack([plan.tree[parents, :2], plan.tree[1:, :2]], axis=1)
         axes.add_collection(LineCollection(list(lines), colors=TREE, lw=0.7, alpha=0.7, zorder=3))
     # Obstacles: the real ones filled, the believed ones dashed where they differ.
-    steps = (start.step, _last_step(drive))
-    _obstacles(axes, drive.truth, fill=REAL, edge=INK, style="-", steps=steps)
-    if not _same(drive.truth, problem.obstacles):
+    steps = (start.step, _last_step(episode))
+    _obstacles(axes, episode.truth, fill=REAL, edge=INK, style="-", steps=steps)
+    if not _same(episode.truth, problem.obstacles):
         _obstacles(axes, problem.obstacles, fill="none", edge=BELIEVED, style="--", steps=steps)
     # The trajectory, the vehicle at its start, the place of a collision.
     if plan.trajectory is not None:
@@ -94,12 +96,12 @@ def draw_into(axes: Axes, drive: Episode, *, vehicle: Vehicle = BMW_320I) -> Non
         )
     own = footprints(np.array([[start.x, start.y, 0.0, start.heading, 0.0]]), vehicle)
     axes.add_collection(PolyCollection(list(own), facecolor=EGO, edgecolor=INK, lw=1.0, zorder=8))
-    if drive.record.collision and plan.trajectory is not None:
-        step = round(drive.record.collision_time / problem.dt)
+    if episode.record.collision and plan.trajectory is not None:
+        step = round(episode.record.collision_time / problem.dt)
         axes.plot(
             *plan.trajectory[step, :2], marker="X", ms=15, mfc="#c1272d", mec="white", zorder=9
         )
-    (x1, y1), (x2, y2) = _view(drive)
+    (x1, y1), (x2, y2) = _view(episode)
     axes.set_xlim(x1, x2)
     axes.set_ylim(y1, y2)
     axes.set_aspect("equal")
@@ -130,24 +132,24 @@ def picture_array(figure: Figure) -> NDArray[np.uint8]:
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
-def _sentence(drive: Episode) -> str:
-    if not drive.record.collision:
-        return drive.plan.explanation
-    name = _words(drive.truth.categories[drive.record.collision_object or 0])
+def _sentence(episode: Episode) -> str:
+    if not episode.record.collision:
+        return episode.plan.explanation
+    name = _words(episode.truth.categories[episode.record.collision_object or 0])
     return (
-        f"{drive.plan.explanation}, but touches a real object ({name}) after"
-        f" {drive.record.collision_time:.1f} s"
+        f"{episode.plan.explanation}, but touches a real object ({name}) after"
+        f" {episode.record.collision_time:.1f} s"
     )
 
 
-def _view(drive: Episode) -> tuple[Floats, Floats]:
-    """Lower left and upper right corner: what lies ahead of the start, and all of the drive."""
-    start = drive.problem.start
+def _view(episode: Episode) -> tuple[Floats, Floats]:
+    """Lower left and upper right corner: what lies ahead of the start, and all of the episode."""
+    start = episode.problem.start
     quarter = round(start.heading / (np.pi / 2)) * np.pi / 2
     turn = np.array([[np.cos(quarter), np.sin(quarter)], [-np.sin(quarter), np.cos(quarter)]])
     seen = np.array(_VIEW).reshape(2, 2).T @ turn + (start.x, start.y)
-    if drive.plan.trajectory is not None:
-        way = drive.plan.trajectory[:, :2]
+    if episode.plan.trajectory is not None:
+        way = episode.plan.trajectory[:, :2]
         seen = np.vstack([seen, way.min(axis=0) - _MARGIN, way.max(axis=0) + _MARGIN])
     return seen.min(axis=0), seen.max(axis=0)
 
@@ -157,11 +159,11 @@ def _words(category: str) -> str:
     return re.sub("([A-Z])", r" \1", category).lower()
 
 
-def _last_step(drive: Episode) -> int:
-    trajectory = drive.plan.trajectory
+def _last_step(episode: Episode) -> int:
+    trajectory = episode.plan.trajectory
     if trajectory is None:
-        return drive.problem.last_step
-    return drive.plan.first_step + len(trajectory) - 1
+        return episode.problem.last_step
+    return episode.plan.first_step + len(trajectory) - 1
 
 
 def _obstacles(
@@ -225,7 +227,7 @@ def _scale_bar(axes: Axes) -> None:
     axes.text(x1 + 3.5, y1 + 1.35, "5 m", ha="center", size=8.5, color=INK, zorder=10)
 
 
-def _legend(axes: Axes, figure: Figure, drive: Episode) -> None:
+def _legend(axes: Axes, figure: Figure, episode: Episode) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -235,11 +237,11 @@ def _legend(axes: Axes, figure: Figure, drive: Episode) -> None:
         Patch(facecolor=GOAL, alpha=0.5, label="goal region"),
         Patch(facecolor=REAL, edgecolor=INK, label="real object"),
     ]
-    if not _same(drive.truth, drive.problem.obstacles):
+    if not _same(episode.truth, episode.problem.obstacles):
         entries.append(
             Patch(facecolor="none", edgecolor=BELIEVED, ls="--", label="believed object")
         )
-    if drive.plan.tree is not None:
+    if episode.plan.tree is not None:
         entries.append(Line2D([], [], color=TREE, lw=1, label="search tree"))
     figure.legend(
         handles=entries,
@@ -253,19 +255,19 @@ def _legend(axes: Axes, figure: Figure, drive: Episode) -> None:
     )
 
 
-def draw_sheet(drives: list[Episode], *, vehicle: Vehicle = BMW_320I) -> Figure:
-    """Several drives on one sheet, two in a row, each with its outcome."""
+def draw_sheet(episodes: list[Episode], *, vehicle: Vehicle = BMW_320I) -> Figure:
+    """Several episodes on one sheet, two in a row, each with its outcome."""
     from matplotlib.figure import Figure
 
-    rows = -(-len(drives) // 2)
+    rows = -(-len(episodes) // 2)
     figure = Figure(figsize=(11.0, 3.35 * rows + 0.35), dpi=110, facecolor="white")
-    for index, drive in enumerate(drives):
+    for index, episode in enumerate(episodes):
         bottom = 1 - (index // 2 + 1) * 0.94 / rows
         axes = figure.add_axes((0.01 + 0.5 * (index % 2), bottom, 0.48, 0.84 / rows))
-        draw_into(axes, drive, vehicle=vehicle)
-        word, colour = _OUTCOMES.get(drive.record.outcome, ("no plan", "#b8860b"))
-        problem = drive.problem
-        attacked = "" if _same(drive.truth, problem.obstacles) else " · attacked detections"
+        draw_into(axes, episode, vehicle=vehicle)
+        word, colour = _OUTCOMES.get(episode.record.outcome, ("no plan", "#b8860b"))
+        problem = episode.problem
+        attacked = "" if _same(episode.truth, problem.obstacles) else " · attacked detections"
         axes.set_title(
             problem.id + (f" · {problem.intention}" if problem.intention else "") + attacked,
             loc="left",
@@ -274,5 +276,5 @@ def draw_sheet(drives: list[Episode], *, vehicle: Vehicle = BMW_320I) -> Figure:
             weight="bold",
         )
         axes.set_title(word.upper(), loc="right", size=10.5, color=colour, weight="bold")
-    _legend(figure.axes[-1], figure, drives[-1])
+    _legend(figure.axes[-1], figure, episodes[-1])
     return figure

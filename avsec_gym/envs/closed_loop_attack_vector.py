@@ -14,7 +14,7 @@ from avsec_gym.envs.closed_loop_attack import REFUSED, ClosedLoopAttackEnv
 from avsec_gym.envs.closed_loop_parts import light_perceptions, perception_of
 from avsec_gym.envs.closed_loop_vector import PLACES, check_is_light
 from avsec_gym.envs.judged_drives import JudgedDrives
-from avsec_gym.envs.light_closed_loop import LightClosedLoopEnv, Stage
+from avsec_gym.envs.light_closed_loop import LightClosedLoopEnv, SharedScenes
 from avsec_gym.envs.many_drives import ALONE, ManyDrives, checked_count
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.errors import ConfigurationError
@@ -26,7 +26,7 @@ class LightClosedLoopAttackEnv(ClosedLoopAttackEnv):
     """`ClosedLoopAttackEnv` on drives without highway-env.
 
     Args:
-        stage: The scenes, which others may share.
+        shared: The scenes, which others may share.
         planner: The car's planner.
         judge: One of these that is not played, which knows how drives end without an attack; None:
             this one drives them itself.
@@ -34,14 +34,18 @@ class LightClosedLoopAttackEnv(ClosedLoopAttackEnv):
     """
 
     def __init__(
-        self, stage: Stage, planner: Any, judge: LightClosedLoopAttackEnv | None, **given: Any
+        self,
+        shared: SharedScenes,
+        planner: Any,
+        judge: LightClosedLoopAttackEnv | None,
+        **given: Any,
     ) -> None:
-        self._stage, self._planner, self._judge = stage, planner, judge
+        self._shared, self._planner, self._judge = shared, planner, judge
         super().__init__(**given)
 
     def _driven_by(self, perception: DrivePerception, **_: Any) -> LightClosedLoopEnv:
         seen = light_perception(perception, Motion.named(self._drives["motion"]))
-        return LightClosedLoopEnv(self._stage, seen, self._planner)
+        return LightClosedLoopEnv(self._shared, seen, self._planner)
 
     @property
     def unattacked(self) -> JudgedDrives:
@@ -103,11 +107,11 @@ class ClosedLoopAttackVectorEnv(ManyDrives[LightClosedLoopAttackEnv]):
         }
         # One on highway-env is made first: it checks all arguments, and reads the scenes.
         first = ClosedLoopAttackEnv(perception=perception, **given)
-        stage = Stage(first.drive.scenes, first.drive.duration, PLACES)
+        shared = SharedScenes(first.drive.scenes, first.drive.duration, PLACES)
 
         def alone(judge: LightClosedLoopAttackEnv | None) -> LightClosedLoopAttackEnv:
-            own = given | {"perception": _another(made), "scenarios": stage.scenes}
-            return LightClosedLoopAttackEnv(stage, planner, judge, **own)
+            own = given | {"perception": _another(made), "scenarios": shared.scenes}
+            return LightClosedLoopAttackEnv(shared, planner, judge, **own)
 
         judge = alone(None)
         super().__init__([alone(judge) for _ in range(count)])

@@ -10,7 +10,7 @@ from avsec_gym.closed_loop.traffic import REACTING, RECORDED
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop import REFUSED
 from avsec_gym.envs.closed_loop_parts import checked_scenarios, light_perceptions, perception_of
-from avsec_gym.envs.light_closed_loop import LightClosedLoopEnv, Stage
+from avsec_gym.envs.light_closed_loop import LightClosedLoopEnv, SharedScenes
 from avsec_gym.envs.many_drives import ALONE, ManyDrives, checked_count
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.errors import ConfigurationError
@@ -51,8 +51,8 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         made, self.planner = perception_of(perception, taken)
         perceptions = light_perceptions(made, Motion.named(taken.motion), count)
         duration = number("duration", duration, 0.5, 30.0)
-        stage = Stage(checked_scenarios(taken.scenarios), duration, PLACES)
-        super().__init__([LightClosedLoopEnv(stage, each, self.planner) for each in perceptions])
+        shared = SharedScenes(checked_scenarios(taken.scenarios), duration, PLACES)
+        super().__init__([LightClosedLoopEnv(shared, each, self.planner) for each in perceptions])
 
     @property
     def scenes(self) -> LoopScenes:

@@ -149,7 +149,7 @@ class RememberedProposals:
         return regions
 
 
-def without_a_drive(id: str, intention: str, *, over: bool) -> dict[str, Any]:
+def without_an_episode(id: str, intention: str, *, over: bool) -> dict[str, Any]:
     """What every environment's info has, where no car drives.
 
     Args:

@@ -18,7 +18,7 @@ from avsec_gym.envs.connected_instants import (
     PlayedInstants,
     RememberedProposals,
     vehicles_of,
-    without_a_drive,
+    without_an_episode,
 )
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
@@ -238,7 +238,7 @@ class ConnectedSpoofingEnv(DrawnEnv[Observation]):
     def _info(self) -> dict[str, Any]:
         reported = self._reported()
         return {
-            **without_a_drive(self._id, str(self._intention), over=self._victim >= 0),
+            **without_an_episode(self._id, str(self._intention), over=self._victim >= 0),
             "is_success": reported["believed"] and not reported["alarm"],
             "queries": self._spent,
             "victim": self._victim,

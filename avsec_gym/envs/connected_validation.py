@@ -19,7 +19,7 @@ from avsec_gym.envs.connected_instants import (
     PlayedInstants,
     RememberedProposals,
     vehicles_of,
-    without_a_drive,
+    without_an_episode,
 )
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.rendering import DrawnEnv
@@ -217,7 +217,7 @@ class ConnectedValidationEnv(DrawnEnv[Observation]):
             attacked[self._attacked.victim] = True
         named = np.zeros(self.vehicles, bool) if self._named is None else self._named
         return {
-            **without_a_drive(self._id, str(self._intention), over=over),
+            **without_an_episode(self._id, str(self._intention), over=over),
             "is_success": over and bool((named == attacked).all()),
             "attacked": _listed(attacked),
             "named": _listed(named),

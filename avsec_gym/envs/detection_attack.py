@@ -129,7 +129,7 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
         )
 
     def picture(self) -> NDArray[np.uint8] | None:
-        """The scene as it is, as it is believed to be, and the drive that follows."""
+        """The scene as it is, as it is believed to be, and the episode that follows."""
         if self._round is None:
             return None
         believed = self._round.scene.boxes
@@ -171,10 +171,10 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
 
 
 def _picture(game: DetectionGame, round: Round, believed: Boxes3D) -> NDArray[np.uint8]:
-    from avsec_gym.drawing.scenario_picture import draw_drive, picture_array
+    from avsec_gym.drawing.scenario_picture import draw_episode, picture_array
     from avsec_gym.metrics.safety import judge
     from avsec_gym.pipeline import Episode
 
     problem = round.scene.problem(round.intention, believed, game.motion)
     plan, truth = replace(game.victim, keep_tree=True).plan(problem), round.scene.truth()
-    return picture_array(draw_drive(Episode(problem, plan, truth, judge(plan, problem, truth))))
+    return picture_array(draw_episode(Episode(problem, plan, truth, judge(plan, problem, truth))))

@@ -16,7 +16,7 @@ from avsec_gym.attacks.optical_attack import check_attacked
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
-from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.info import episode_info
 from avsec_gym.envs.observations import FEATURES, IMAGES
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import parts_of, takes_parts
@@ -79,14 +79,14 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     convert.
 
     ## Reward
-    1 if the drive is safe, 0 if it collides or no plan is found.
+    1 if the plan is safe, 0 if it collides or there is none.
 
     ## Episode end
     Terminated after one step.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
-    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.episode_info`;
     `is_success` (safe), `objects` (real obstacles), `found` (those that a reported box overlaps by
     half or more, seen from above), `reported` (boxes above the threshold), `alarm` (of the
     validator).
@@ -141,7 +141,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         self._frame: SensorFrame | None = None  # As the sensors deliver it.
         self._shown: SensorFrame | None = None  # As a detector gets it.
         self._perception = _NOTHING
-        self._drive: Episode | None = None
+        self._episode: Episode | None = None
 
     @cached_property
     def pipeline(self) -> Pipeline:
@@ -186,7 +186,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
             validator = self.pipeline.validator
             validation = None if validator is None else validator.validate(self._frame)
         self._shown = self._trusted(self._frame, validation)
-        self._perception, self._drive = replace(_NOTHING, validation=validation), None
+        self._perception, self._episode = replace(_NOTHING, validation=validation), None
         self.shown()
         return self._observe(), self._info()
 
@@ -199,18 +199,18 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         self._agent.boxes = self.coding.decode(checked_action(action, self.coding.size))
         with one_thread():
             self._perception = self.pipeline.perceive(self._frame, self._perception.validation)
-        self._drive = self.pipeline.run_episode(scene, self._perception, intention)
+        self._episode = self.pipeline.run_episode(scene, self._perception, intention)
         self.shown()
         info = self._info()
         return self._observe(), float(info["safe"]), True, False, info
 
     def picture(self) -> NDArray[np.uint8] | None:
-        """The left image with the believed boxes, above the drive that follows from them."""
+        """The left image with the believed boxes, above the plan that follows from them."""
         if self._situation is None:
             return None
         from avsec_gym.drawing.detection_picture import detection_picture
 
-        shown = self._drive
+        shown = self._episode
         if shown is None:
             shown = self.pipeline.run_episode(self._situation[0], _NOTHING, self._situation[1])
         return detection_picture(self.frame, self._perception.believed, shown)
@@ -288,8 +288,8 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         boxes, reported = scene.boxes[is_obstacle(scene.boxes)], self._perception.believed
         validation = self._perception.validation
         return {
-            **drive_info(self._drive, scene.id, intention),
-            "is_success": self._drive is not None and self._drive.record.safe,
+            **episode_info(self._episode, scene.id, intention),
+            "is_success": self._episode is not None and self._episode.record.safe,
             "objects": len(boxes),
             "found": _found(boxes, reported),
             "reported": len(reported),

@@ -15,10 +15,10 @@ QUERIES = 10
 
 @takes_parts(Kind.ATTACK, refused=OBJECT_LEVEL, scenarios="layouts")
 class GhostObjectEnv(DetectionAttackEnv):
-    """Make a safe drive unsafe by changing what the car believes to be around it.
+    """Make the car's safe plan unsafe by changing what the car believes to be around it.
 
     **Solved by a constant.**  With the default arguments two ghosts side by side 10 m ahead, at
-    places that depend on the intention only, make every drive unsafe at the first query, whatever
+    places that depend on the intention only, make every plan unsafe at the first query, whatever
     the scene (docs/environments.md has the figures).  `avsec/GhostObject-v1` is the game in which
     the scene decides; this one stays for free placement, for hiding objects, and for comparison
     with what was measured on it.
@@ -46,16 +46,16 @@ class GhostObjectEnv(DetectionAttackEnv):
     `GhostRange.encode` and `decode` convert ghosts.
 
     ## Reward
-    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
+    1 when the safe plan becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
     for each ghost placed and each object hidden.
 
     ## Episode end
-    Terminated when the drive became unsafe; truncated after `max_episode_steps` (10) or `queries`
+    Terminated when the plan became unsafe; truncated after `max_episode_steps` (10) or `queries`
     steps, whichever is less.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
-    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.episode_info`;
     `is_success`, `queries` (spent), `ghosts` (placed), `hidden`.
 
     ## Arguments
@@ -67,16 +67,16 @@ class GhostObjectEnv(DetectionAttackEnv):
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
     * `ghosts=2`, `hides=0`: how many an action controls.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;
-      `"truth"`: it knows how the real objects move (then, without hides, no drive can collide).
+      `"truth"`: it knows how the real objects move (then, without hides, no plan can collide).
     * `ghost="patch"`: ghosts of 1 x 1 m, 10 m ahead or more, what a patch of the thesis' size can
-      show.  `"car"`: whole cars from 5 m on; one of them right ahead blocks every drive.
+      show.  `"car"`: whole cars from 5 m on; one of them right ahead blocks every way.
     * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
       know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
     * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe without an attack, no attack succeeds.
+    plan is unsafe without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.  v1 offers places that depend on the scene.

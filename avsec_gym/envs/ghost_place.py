@@ -16,7 +16,7 @@ QUERIES = 1
 
 @takes_parts(Kind.ATTACK, refused=OBJECT_LEVEL, scenarios="layouts")
 class GhostPlaceEnv(DetectionAttackEnv):
-    """Find the one place where a ghost makes this drive unsafe.
+    """Find the one place where a ghost makes the car's plan unsafe.
 
     ## Description
     A car plans a lane change, or to keep its lane, among the objects of a traffic scene, with A*
@@ -48,17 +48,17 @@ class GhostPlaceEnv(DetectionAttackEnv):
     highest, the first of equals.
 
     ## Reward
-    1 when the safe drive becomes unsafe (no plan, or a collision), less 0.02 for the query and 0.02
+    1 when the safe plan becomes unsafe (no plan, or a collision), less 0.02 for the query and 0.02
     for the ghost.
 
     ## Episode end
-    Terminated when the drive became unsafe; truncated after `max_episode_steps` (1) or `queries`
+    Terminated when the plan became unsafe; truncated after `max_episode_steps` (1) or `queries`
     steps, whichever is less.  Who may ask sixteen times can try all of them: success is compared at
     the first query.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
-    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.episode_info`;
     `is_success`, `queries` (spent), `ghosts` (1), `hidden` (0).
 
     ## Arguments

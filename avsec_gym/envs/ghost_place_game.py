@@ -1,7 +1,7 @@
-"""The game behind `avsec/GhostObject-v1`: which of a few places makes this drive unsafe?
+"""The game behind `avsec/GhostObject-v1`: which of a few places makes this plan unsafe?
 
 No place blocks an empty road: a ghost wins only together with what is really there.  One of the
-places offered makes the drive unsafe, the others do not; which spots are offered is balanced so
+places offered makes the plan unsafe, the others do not; which spots are offered is balanced so
 that a spot alone does not give it away (`avsec_gym.envs.ghost_spots`).
 """
 
@@ -44,7 +44,7 @@ class Answers:
     features: Floats
     """Shape (S, SIZE); see `PlaceFeatures`."""
     wins: NDArray[np.bool_]
-    """Whether the drive becomes unsafe, shape (S,)."""
+    """Whether the plan becomes unsafe, shape (S,)."""
     contested: bool
     """Whether some spots win, and enough others do not."""
 
@@ -241,7 +241,7 @@ class GhostPlaceGame:
         return self._passable[round.kind]
 
     def empty_road(self, round: Round, spots: Spots) -> NDArray[np.bool_]:
-        """On which spots a ghost leaves the drive safe where nothing else is, shape (S,)."""
+        """On which spots a ghost leaves the plan safe where nothing else is, shape (S,)."""
         none = round.poses[:0]
         alone = replace(round, poses=none, believed=none, half_sizes=round.half_sizes[:0])
         return np.asarray(self._try(alone, spots).outcome == _SAFE)

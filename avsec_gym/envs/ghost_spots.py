@@ -2,7 +2,7 @@
 
 A spot counts where a ghost can close a gap between real objects.  Some close more gaps than others:
 drawn evenly, a rule that knows the spots but not the objects would win often.  Each spot therefore
-has a bias: the higher it is, the more rarely the spot is the place that makes the drive unsafe, and
+has a bias: the higher it is, the more rarely the spot is the place that makes the plan unsafe, and
 the more often it is one of the others.  ``benchmarks/balance_ghost_spots.py`` finds the biases: it
 lets such a rule learn from drawn places, changes the biases against it, and begins anew.
 """

@@ -10,11 +10,11 @@ from avsec_gym.pipeline import Episode
 from avsec_gym.planners.vehicle import BMW_320I
 
 
-def drive_info(drive: Episode | None, scenario: str, intention: str) -> dict[str, Any]:
+def episode_info(episode: Episode | None, scenario: str, intention: str) -> dict[str, Any]:
     """The thesis' three answers, what the trajectory measures, the outcome, and where.
 
     Args:
-        drive: The planned trajectory and its check; None at reset, whose outcome is ``reset``.
+        episode: The planned trajectory and its check; None at reset, whose outcome is ``reset``.
         scenario: The id of the scene.
         intention: The lane that the car wants to reach.
 
@@ -24,12 +24,12 @@ def drive_info(drive: Episode | None, scenario: str, intention: str) -> dict[str
         in a collision, infinite where nothing is there) and `cost_sm1` (CommonRoad's SM1), nan
         where unplanned; `outcome`, `scenario` and `intention`.
     """
-    record = None if drive is None else drive.record
+    record = None if episode is None else episode.record
     planned = record is not None and record.planned
     nearest = math.nan
-    if planned and drive is not None and drive.plan.trajectory is not None:
-        trajectory, first = drive.plan.trajectory, drive.plan.first_step
-        nearest = smallest_distance(trajectory, drive.truth, BMW_320I, first)
+    if planned and episode is not None and episode.plan.trajectory is not None:
+        trajectory, first = episode.plan.trajectory, episode.plan.first_step
+        nearest = smallest_distance(trajectory, episode.truth, BMW_320I, first)
     return {
         "planned": planned,
         "success": planned,

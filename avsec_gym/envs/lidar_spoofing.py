@@ -21,7 +21,7 @@ from avsec_gym.registry import Kind
 
 @takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED, detector="scan_obstacles")
 class LidarSpoofingEnv(OpticalAttackEnv):
-    """Make a safe drive unsafe by bogus returns of a LiDAR.
+    """Make the car's safe plan unsafe by bogus returns of a LiDAR.
 
     ## Description
     A car finds the objects around it in a LiDAR scan and plans a lane change, or to keep its lane,
@@ -40,7 +40,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
 
     With a `validator` in the car, it responds to an alarm as `response` states (it stops, drops
     the compromised sensors or repairs their data; None: it drives on), and an attack counts only
-    where the drive is unsafe in spite of that: by a collision, or without a plan where the car did
+    where the car is unsafe in spite of that: by a collision, or without a plan where it did
     not stop at an alarm; where it drives on, only without an alarm.
 
     ## Observation
@@ -57,7 +57,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     `encode`).
 
     ## Reward
-    1 when the safe drive becomes unsafe (collision, or no plan) in spite of the validator, less
+    1 when the safe plan becomes unsafe (collision, or no plan) in spite of the validator, less
     0.02 for the query and 0.02 times the patch's area, as a share of the largest.
 
     ## Episode end
@@ -66,7 +66,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
-    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.episode_info`;
     `is_success` (unsafe, in spite of the validator), `queries` (spent), `objects` (real obstacles),
     `found` (those that a box the car believes in lies on), `ghosts` (believed boxes where no
     obstacle is); `alarm`, and of the shares that the validator compared the largest among its
@@ -93,7 +93,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe or raises an alarm without an attack, no attack succeeds.
+    plan is unsafe or raises an alarm without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.

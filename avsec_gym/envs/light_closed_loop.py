@@ -40,7 +40,7 @@ _FEW = 4
 _GAINED = {Outcome.GOAL: 1.0, Outcome.COLLISION: -1.0, Outcome.OFF_ROAD: -1.0}
 
 
-class Stage:
+class SharedScenes:
     """Scenes to drive in, which any number of light drives share.
 
     Args:
@@ -72,7 +72,7 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     by rounding.
 
     Args:
-        stage: The scenes.
+        shared: The scenes.
         perception: The car's perception; no other drive may use it.
         planner: That of `PlannerDriver`, as `ClosedLoopEnv` has it.
     """
@@ -81,11 +81,11 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     action_ranges = ((-ACCELERATION, ACCELERATION), (-STEERING, STEERING))
     """Acceleration, m/s2, and steering angle, radians to the right, of actions from -1 to 1."""
 
-    def __init__(self, stage: Stage, perception: LightPerception, planner: Any) -> None:
+    def __init__(self, shared: SharedScenes, perception: LightPerception, planner: Any) -> None:
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (OWN + EACH * _OBJECTS,), np.float32)
-        self.stage, self.perception, self.planner = stage, perception, planner
-        self.duration = stage.duration
+        self.shared, self.perception, self.planner = shared, perception, planner
+        self.duration = shared.duration
         self.drive: LightDrive | None = None
         """The present drive; each reset begins another one."""
         self.controls = (0.0, 0.0)
@@ -94,7 +94,7 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     @property
     def scenes(self) -> LoopScenes:
         """The scenes to drive in."""
-        return self.stage.scenes
+        return self.shared.scenes
 
     @property
     def _driven(self) -> LightDrive:
@@ -159,7 +159,7 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         scene, intention = self.scenes.draw(
             self.np_random, given.get("scenario"), intentions_named(given.get("intention"))
         )
-        self.drive = LightDrive(self.stage.place(scene), intention)
+        self.drive = LightDrive(self.shared.place(scene), intention)
         self.controls = (0.0, 0.0)
         self.perception.begin(int(self.np_random.integers(2**31)))
         self.belief: Belief = self.perception.perceive(self.drive)
@@ -216,6 +216,6 @@ def light_form(environment: ClosedLoopEnv) -> LightClosedLoopEnv | None:
     is_drawn = environment.render_mode is not None
     if environment.has_sensors or is_drawn or not (recorded and environment.has_usual_config):
         return None
-    stage = Stage(environment.scenes, environment.duration, _FEW)
+    shared = SharedScenes(environment.scenes, environment.duration, _FEW)
     perception = light_perception(environment.perception, environment.motion)
-    return LightClosedLoopEnv(stage, perception, environment.planner)
+    return LightClosedLoopEnv(shared, perception, environment.planner)

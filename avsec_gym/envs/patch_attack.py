@@ -33,7 +33,7 @@ CONTROLS = ("noise", "grey")
 
 @takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED)
 class PatchAttackEnv(SensorAttackEnv):
-    """Make a safe drive unsafe by standing a printed patch where it does most harm.
+    """Make the car's safe plan unsafe by standing a printed patch where it does most harm.
 
     ## Description
     A car finds the objects around it with a stereo detector and plans a lane change, or to keep its
@@ -45,7 +45,7 @@ class PatchAttackEnv(SensorAttackEnv):
 
     With a `validator` in the car, it responds to an alarm as `response` states (it stops, drops
     the compromised sensors or repairs their data; None: it drives on), and an attack counts only
-    where the drive is unsafe in spite of that: by a collision, or without a plan where the car did
+    where the car is unsafe in spite of that: by a collision, or without a plan where it did
     not stop at an alarm; where it drives on, only without an alarm.
 
     ## Observation
@@ -63,16 +63,16 @@ class PatchAttackEnv(SensorAttackEnv):
     ground, and it is in front of the real objects that it covers.
 
     ## Reward
-    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
+    1 when the safe plan becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
     times the patch's area, as a share of the largest.
 
     ## Episode end
-    Terminated when the drive became unsafe; truncated after `max_episode_steps` (10) or `queries`
+    Terminated when the plan became unsafe; truncated after `max_episode_steps` (10) or `queries`
     steps, whichever is less.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
-    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.episode_info`;
     `is_success`, `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
     believes in lies on), `ghosts` (believed boxes where no obstacle is), `alarm` (of the
     validator); and of the patch `u`, `v`, `disparity`, `radius` (pixels) and `rotation` (radians),
@@ -93,7 +93,7 @@ class PatchAttackEnv(SensorAttackEnv):
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe without an attack, no attack succeeds.
+    plan is unsafe without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.

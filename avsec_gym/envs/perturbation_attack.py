@@ -21,7 +21,7 @@ from avsec_gym.registry import Kind
 
 @takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED)
 class PerturbationAttackEnv(SensorAttackEnv):
-    """Make a safe drive unsafe by changing every pixel a little, with the detector as a black box.
+    """Make the car's safe plan unsafe by changing every pixel a little, the detector a black box.
 
     ## Description
     A car finds the objects around it with a stereo detector and plans a lane change, or to keep its
@@ -34,7 +34,7 @@ class PerturbationAttackEnv(SensorAttackEnv):
 
     With a `validator` in the car, it responds to an alarm as `response` states (it stops, drops
     the compromised sensors or repairs their data; None: it drives on), and an attack counts only
-    where the drive is unsafe in spite of that: by a collision, or without a plan where the car did
+    where the car is unsafe in spite of that: by a collision, or without a plan where it did
     not stop at an alarm; where it drives on, only without an alarm.
 
     ## Observation
@@ -52,16 +52,16 @@ class PerturbationAttackEnv(SensorAttackEnv):
     the waves.
 
     ## Reward
-    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
+    1 when the safe plan becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
     times strength / `epsilon`.
 
     ## Episode end
-    Terminated when the drive became unsafe; truncated after `max_episode_steps` (10) or `queries`
+    Terminated when the plan became unsafe; truncated after `max_episode_steps` (10) or `queries`
     steps, whichever is less.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
-    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.episode_info`;
     `is_success`, `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
     believes in lies on), `ghosts` (believed boxes where no obstacle is), `alarm` (of the
     validator), `change` (the largest of any pixel, grey levels).
@@ -83,7 +83,7 @@ class PerturbationAttackEnv(SensorAttackEnv):
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe without an attack, no attack succeeds.
+    plan is unsafe without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from avsec_gym.argument_checks import one_of
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
-from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.info import episode_info
 from avsec_gym.envs.observations import BOTH, FEATURES, IMAGES, THUMBNAIL, thumbnail
 from avsec_gym.envs.parts import parts_of
 from avsec_gym.envs.query_budget import QueryBudget
@@ -144,8 +144,8 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         self._done = np.clip(tampering.action, -1.0, 1.0)
         self._last = self.game.query(situation, tampering.frame)
         self._spent += 1
-        # An attack counts where a safe drive becomes unsafe, in spite of the validator.
-        success = situation.unattacked.drive.record.safe and self.game.harms(self._last)
+        # An attack counts where a safe episode becomes unsafe, in spite of the validator.
+        success = situation.unattacked.episode.record.safe and self.game.harms(self._last)
         self.shown()
         return (
             self._observe(),
@@ -157,14 +157,14 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         )
 
     def picture(self) -> NDArray[np.uint8] | None:
-        """What the car saw, with what it believed, above its drive."""
+        """What the car saw, with what it believed, above its episode."""
         if self._situation is None:
             return None
         from avsec_gym.drawing.detection_picture import detection_picture
 
         frame, camera = self.view()
         look = self._look
-        return detection_picture(frame, look.perception.believed, look.drive, camera=camera)
+        return detection_picture(frame, look.perception.believed, look.episode, camera=camera)
 
     def view(self) -> tuple[SensorFrame, int]:
         """A frame, and the camera whose image shows the attack best."""
@@ -197,9 +197,9 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     def _info(self, facts: dict[str, float], success: bool) -> dict[str, Any]:
         scene, believed = self.situation.scene, self._look.perception.believed
         obstacles = scene.boxes[is_obstacle(scene.boxes)]
-        drive = None if self._last is None else self._last.drive
+        episode = None if self._last is None else self._last.episode
         return {
-            **drive_info(drive, scene.id, self.situation.intention),
+            **episode_info(episode, scene.id, self.situation.intention),
             "is_success": success,
             "queries": self._spent,
             "objects": len(obstacles),

@@ -49,14 +49,16 @@ def features(situation: Situation, last: Look | None, left: float) -> Floats:
     """
     scene, unattacked = situation.scene, situation.unattacked
     now = unattacked if last is None else last
-    problem = unattacked.drive.problem
+    problem = unattacked.episode.problem
     goal = problem.goals[0].region[0]  # type: ignore[index]
     head = [problem.start.velocity / 15.0, float(scene.road_type == RoadType.HIGHWAY)]
     head += [float(situation.intention == each) for each in Intention]
     head += [*_in_image(unattacked, np.array([[goal.x, goal.y, 0.0]]))[0]]  # type: ignore[union-attr]
     obstacles = scene.boxes[is_obstacle(scene.boxes)]
     head += [min(1.0, len(obstacles) / 32), _share_of_time(unattacked)]
-    outcome = [float(last is not None and last.drive.record.outcome == each) for each in _OUTCOMES]
+    outcome = [
+        float(last is not None and last.episode.record.outcome == each) for each in _OUTCOMES
+    ]
     after = [*outcome, 0.0 if last is None else _share_of_time(last), max(left, 0.0)]
     found = [np.ravel(_objects(scene, unattacked, now)), np.ravel(_ghosts(obstacles, now))]
     return np.clip(np.concatenate([head, *found, after]), -1.0, 1.0)
@@ -116,5 +118,5 @@ def _in_image(look: Look, poses: Floats) -> Floats:
 
 
 def _share_of_time(look: Look) -> float:
-    record = look.drive.record
+    record = look.episode.record
     return min(record.cost / 3.0, 1.0) if record.planned else 0.0

@@ -27,7 +27,7 @@ class Look:
     frame: SensorFrame
     """What its sensors deliver; images have whole grey levels."""
     perception: Perception
-    drive: Episode
+    episode: Episode
 
     @property
     def report(self) -> ValidatorReport:
@@ -63,7 +63,7 @@ class SensorAttackGame:
         self._labelled = {scene.id: scene for scene in self.scenes.scenes.labelled}
         self._ids = list(self._labelled)
         self._perceptions: dict[str, Perception] = {}
-        self._drives: dict[tuple[str, Intention], Episode] = {}
+        self._episodes: dict[tuple[str, Intention], Episode] = {}
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Situation:
         """A situation that is worth an attack, or the one that options ask for.
@@ -85,7 +85,7 @@ class SensorAttackGame:
             scene, intention = self._labelled[every[k][0]], every[k][1]
             situation = self.situation(scene, intention)
             unattacked = situation.unattacked
-            if unattacked.drive.record.safe and not unattacked.report.alarm:
+            if unattacked.episode.record.safe and not unattacked.report.alarm:
                 return situation
         quietly = " and without an alarm" if self.pipeline.validator is not None else ""
         raise ConfigurationError(
@@ -100,28 +100,28 @@ class SensorAttackGame:
         if scene.id not in self._perceptions:
             self._perceptions[scene.id] = self._perceived(frame)
         perception, key = self._perceptions[scene.id], (scene.id, intention)
-        if key not in self._drives:
-            self._drives[key] = self.pipeline.run_episode(scene, perception, intention)
-        return Situation(scene, intention, Look(frame, perception, self._drives[key]))
+        if key not in self._episodes:
+            self._episodes[key] = self.pipeline.run_episode(scene, perception, intention)
+        return Situation(scene, intention, Look(frame, perception, self._episodes[key]))
 
     def query(self, situation: Situation, frame: SensorFrame) -> Look:
         """Let the car see a frame and drive; images are rounded to whole grey levels first."""
         frame = quantised(frame)
         perception = self._perceived(frame)
-        drive = self.pipeline.run_episode(situation.scene, perception, situation.intention)
-        return Look(frame, perception, drive)
+        episode = self.pipeline.run_episode(situation.scene, perception, situation.intention)
+        return Look(frame, perception, episode)
 
     def harms(self, look: Look) -> bool:
-        """Whether a drive is unsafe in spite of the validator.
+        """Whether an episode is unsafe in spite of the validator.
 
         A car that stops at an alarm and touches nothing came to no harm; for one that drives on
         (`response` None), an alarm is what it asks for.
         """
-        if look.drive.record.safe:
+        if look.episode.record.safe:
             return False
         if self.pipeline.response is None:
             return not look.report.alarm
-        return look.drive.record.collision or not look.perception.stops
+        return look.episode.record.collision or not look.perception.stops
 
     def _perceived(self, frame: SensorFrame) -> Perception:
         with one_thread():

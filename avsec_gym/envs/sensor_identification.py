@@ -18,7 +18,7 @@ from avsec_gym.envs.identification_frames import (
     played_frames,
     usual_sensors,
 )
-from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.info import episode_info
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.rendering import DrawnEnv
@@ -86,7 +86,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     (attacked, not named), `false_alarms` (named, not attacked).  As in every environment,
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
     `cost_sm1`, `outcome`, `scenario` (the frame's id), `intention`: see
-    `avsec_gym.envs.info.drive_info`.  In recorded drives, where no car drives, the numbers are 0
+    `avsec_gym.envs.info.episode_info`.  In recorded drives, where no car drives, the numbers are 0
     and the outcome is `unplanned`.
 
     ## Arguments
@@ -150,7 +150,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         self._errors: DisparityErrors | None = None
         self._attacked = np.zeros(count, bool)
         self._named: NDArray[np.bool_] | None = None
-        self._drive: Episode | None = None
+        self._episode: Episode | None = None
 
     @cached_property
     def frames(self) -> tuple[PlayedFrame, ...]:
@@ -196,7 +196,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         self._frame = tampered.frame
         self._attacked = np.array([s in tampered.attacked for s in self.system.sensors])
         self._errors = DisparityErrors(DisparityMaps(self._frame, self.system, self.depth))
-        self._named = self._drive = None
+        self._named = self._episode = None
         self.shown()
         return self._observe(), self._info()
 
@@ -207,7 +207,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         if self._played is not None and (scene := self._played.scene) is not None:
             with one_thread():
                 perception = self.pipeline.perceive(frame, self._validation())
-            self._drive = self.pipeline.run_episode(scene, perception, self._intention)
+            self._episode = self.pipeline.run_episode(scene, perception, self._intention)
         self.shown()
         info = self._info()
         return self._observe(), float(info["is_success"]), True, False, info
@@ -274,13 +274,13 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         over, named = self._named is not None, self._named
         named = np.zeros_like(self._attacked) if named is None else named
         attacked = self._attacked & over
-        drive = drive_info(self._drive, self._played.id, self._intention)
+        episode = episode_info(self._episode, self._played.id, self._intention)
         if self._played.scene is None:
             # Not nan, which Gymnasium's checker takes for another value every time.
-            drive |= dict.fromkeys(("cost", "path_length", "smallest_distance", "cost_sm1"), 0.0)
-            drive["outcome"] = "unplanned" if over else drive["outcome"]
+            episode |= dict.fromkeys(("cost", "path_length", "smallest_distance", "cost_sm1"), 0.0)
+            episode["outcome"] = "unplanned" if over else episode["outcome"]
         return {
-            **drive,
+            **episode,
             "is_success": over and bool((named == attacked).all()),
             "attacked": self._listed(attacked),
             "named": self._listed(named),

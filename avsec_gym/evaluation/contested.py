@@ -32,7 +32,7 @@ LAYOUTS, FRAMES = 100, 48
 
 
 def is_contested(scene: Scene, intention: Intention, planner: Planner | None = None) -> bool:
-    """Whether a drive is unsafe for a blind car, and safe for one that sees all.
+    """Whether an episode is unsafe for a blind car, and safe for one that sees all.
 
     Args:
         scene: The real scene.

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
+from avsec_gym.drawing.scenario_picture import draw_episode, save_picture
 from avsec_gym.evaluation.rates import DETECTIONS, AnyScene, Detected, DrivingSafety
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import Episode, run_episode
@@ -73,20 +73,20 @@ def write_pictures(
             if planner_of is None
             else planner_of(planner)
         )
-        shown = drive_with_tree(scene, way, believed, motion, driver)
+        shown = episode_with_tree(scene, way, believed, motion, driver)
         files.append(folder / f"{scene.id}_{intention}_{planner}.png".replace(" ", "-"))
-        save_picture(draw_drive(shown), files[-1], overwrite=True)
+        save_picture(draw_episode(shown), files[-1], overwrite=True)
         on_progress(number, len(chosen))
     return files
 
 
-def drive_with_tree(
+def episode_with_tree(
     scene: AnyScene,
     intention: Intention,
     believed: Boxes3D | None,
     motion: Motion,
     planner: Planner | None = None,
 ) -> Episode:
-    """A drive whose plan kept its search tree, for a picture, if the planner searches like A*."""
+    """An episode whose plan keeps its search tree, for a picture, if the planner searches as A*."""
     planner = MotionPrimitivePlanner() if planner is None else planner
     return run_episode(scene, intention, believed, motion=motion, planner=with_tree(planner))

@@ -23,7 +23,7 @@ from avsec_gym.scenario.scene_set import SceneSet
 
 
 @dataclass(frozen=True, eq=False)
-class AttackedDrive:
+class AttackedEpisode:
     """One scene and intention, without and with the attack."""
 
     scene: Scene
@@ -41,7 +41,7 @@ def ghost_attack(
     attack: RandomGhosts | None = None,
     intentions: Sequence[Intention] = tuple(Intention),
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[AttackedDrive]:
+) -> list[AttackedEpisode]:
     """Attack every scene with every intention.
 
     Args:
@@ -51,7 +51,7 @@ def ghost_attack(
         on_progress: Called with the number of episodes that are done, and of all.
     """
     attack = RandomGhosts() if attack is None else attack
-    planner, drives = MotionPrimitivePlanner(), []
+    planner, episodes = MotionPrimitivePlanner(), []
     total = len(scenes) * len(intentions)
     for turn, intention in enumerate(intentions):
         for scene in scenes.labelled:
@@ -67,16 +67,16 @@ def ghost_attack(
                 seeds = (scene.seed, scene.number, turn)
                 believed, queries = attack.attack(scene.boxes, query, seeds)
                 attacked = run_episode(scene, intention, believed, planner=planner).record
-            drives.append(AttackedDrive(scene, intention, clean, attacked, believed, queries))
-            on_progress(len(drives), total)
-    return drives
+            episodes.append(AttackedEpisode(scene, intention, clean, attacked, believed, queries))
+            on_progress(len(episodes), total)
+    return episodes
 
 
-def summary(drives: Sequence[AttackedDrive]) -> dict[str, Any]:
+def summary(episodes: Sequence[AttackedEpisode]) -> dict[str, Any]:
     """Rates by intention and input, and their paired differences."""
     rates, pairs = [], {}
-    for intention in dict.fromkeys(each.intention for each in drives):
-        own = [each for each in drives if each.intention == intention]
+    for intention in dict.fromkeys(each.intention for each in episodes):
+        own = [each for each in episodes if each.intention == intention]
         clean, attacked = [each.clean for each in own], [each.attacked for each in own]
         for name, records in (("ground_truth", clean), ("ghost_attack", attacked)):
             row = {"planner": "astar", "intention": str(intention), "input": name}

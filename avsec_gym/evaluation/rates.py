@@ -246,7 +246,7 @@ def driving_safety(
             for name, boxes, motion in inputs:
                 cell = RatesKey(str(name_of_planner), way, name)
                 records[cell] = []
-                for record in _drives(scenes.driven(way), planner, intention, boxes, motion):
+                for record in _episodes(scenes.driven(way), planner, intention, boxes, motion):
                     records[cell].append(record)
                     on_progress(sum(map(len, records.values())), total)
     settings: dict[str, Any] = {"motion": {GROUND_TRUTH: str(truth_motion)}}
@@ -275,7 +275,7 @@ def threshold_sweep(
             "planner": str(planner),
             "intention": str(intention),
             **SafetyRates.of(
-                _drives(
+                _episodes(
                     scenes.driven(str(intention)),
                     driver,
                     intention,
@@ -293,7 +293,7 @@ def _searching(name: str) -> Planner:
     return MotionPrimitivePlanner(Algorithm(name))
 
 
-def _drives(
+def _episodes(
     scenes: Iterable[AnyScene],
     planner: Planner,
     intention: Intention,

@@ -48,7 +48,7 @@ class HasColumns(Protocol):
 
 
 def keyed(key: str) -> Mapping[str, str]:
-    """Metadata of a field whose key in JSON is no name in Python."""
+    """Metadata of a field whose key in JSON is no name in Python, or older than the name."""
     return {"key": key}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,7 +19,7 @@ class PairedRates:
 
     Args:
         scenarios: Number of scenarios.
-        drives: Number of episodes.
+        episodes: Number of episodes; ``drives`` in files, whose format it is.
         success_rate: Difference of the success rate.
         collision_rate: Difference of the collision rate.
         safe_driving_rate: Difference of the safe driving rate.
@@ -29,7 +29,7 @@ class PairedRates:
     """
 
     scenarios: int
-    drives: int
+    episodes: int = field(metadata={"key": "drives"})
     success_rate: Estimate
     collision_rate: Estimate
     safe_driving_rate: Estimate
@@ -41,7 +41,7 @@ class PairedRates:
         """All of it, the interval of a rate beside the rate."""
         return {
             "scenarios": self.scenarios,
-            "drives": self.drives,
+            "drives": self.episodes,
             **self.success_rate.columns("success_rate"),
             **self.collision_rate.columns("collision_rate"),
             **self.safe_driving_rate.columns("safe_driving_rate"),
@@ -102,7 +102,7 @@ def paired_differences(
     alone = len(by_scenario) == len(pairs)
     return PairedRates(
         scenarios=len(by_scenario),
-        drives=len(pairs),
+        episodes=len(pairs),
         **estimates,
         became_unsafe=lost,
         became_safe=gained,

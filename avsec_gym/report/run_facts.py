@@ -148,7 +148,7 @@ def other_rates(run: RunFolder, reported: Collection[str]) -> list[OtherRates]:
     return [
         OtherRates(name, strength, SafetyRates.of(run.records(setting=name, strength=strength)))
         for name, strength in run.settings()
-        if name not in reported and run.drives(setting=name, strength=strength)
+        if name not in reported and run.episodes(setting=name, strength=strength)
     ]
 
 

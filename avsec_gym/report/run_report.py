@@ -111,7 +111,7 @@ def _attack_names(findings: Sequence[Findings]) -> dict[str, str]:
 
 
 def _unasked(run: RunFolder, places: Sequence[str]) -> list[str]:
-    """Sections that only the run's manifest names: their code may be anybody's, so it waits."""
+    """Sections that only the run's manifest names: their code may be a stranger's, so it waits."""
     named = {entry.get("section") or "" for entry in run.manifest["experiments"].values()}
     return [
         f"A section is missing: the run names {place}, of another package. Name its experiment to"

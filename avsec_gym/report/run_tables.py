@@ -48,7 +48,7 @@ def other_table(rows: Sequence[OtherRates]) -> Table:
         )
     return Table(
         "Other settings, %",
-        ["setting", "strength", "drives", "success", "collision", "safe driving"],
+        ["setting", "strength", "episodes", "success", "collision", "safe driving"],
         lines,
         "In brackets: 95 % Wilson intervals.",
     )

@@ -20,7 +20,7 @@ _LOG = logging.getLogger(__name__)
 
 EXPERIMENTS: dict[str, str] = {
     "demo": "avsec_gym.experiments.demo.experiment:DEMO",
-    "pipeline": "avsec_gym.experiments.pipeline_drives:PIPELINE",
+    "pipeline": "avsec_gym.experiments.pipeline_episodes:PIPELINE",
     "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
     "five_sensors": "avsec_gym.experiments.chapter3.experiments:FIVE_SENSORS",
     "adaptive_attacks": "avsec_gym.experiments.chapter3.experiments:ADAPTIVE_ATTACKS",
@@ -29,7 +29,7 @@ EXPERIMENTS: dict[str, str] = {
     "believed": "avsec_gym.experiments.chapter3.experiments:BELIEVED",
     "sensitivity": "avsec_gym.experiments.chapter3.experiments:SENSITIVITY",
     "localisation": "avsec_gym.experiments.chapter3.experiments:LOCALISATION",
-    "defence": "avsec_gym.experiments.chapter3.defence.defended_drives:DEFENCE",
+    "defence": "avsec_gym.experiments.chapter3.defence.defended_episodes:DEFENCE",
     "chapter4": "avsec_gym.experiments.chapter4.experiments:CHAPTER_4",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
@@ -38,7 +38,7 @@ EXPERIMENTS: dict[str, str] = {
         "perturbation": "PERTURBATION",
         "patch": "PATCH",
         "joint_patch": "JOINT_PATCH",
-        "unattacked": "UNATTACKED_DRIVES",
+        "unattacked": "UNATTACKED_EPISODES",
         "planners": "PLANNERS",
         "inputs": "INPUTS",
         "ghost_positions": "GHOST_POSITIONS",

@@ -4,13 +4,13 @@ A cell names its work and the arguments of it, and that is all it is: two experi
 the same cell share it, and it is done once.  What does the cells is no part of the experiment but a
 work of its own, made once in each process::
 
-    class AttackedDrives:
+    class AttackedEpisodes:
         def __init__(self, configuration: Configuration) -> None: ...  # loads detectors, scenes
 
         def __call__(self, detector: str, alpha: float, scenario: str) -> CellResult: ...
 
     def cells(configuration: Configuration) -> list[Cell]:
-        work = "my_package.attacked:AttackedDrives"
+        work = "my_package.attacked:AttackedEpisodes"
         return [Cell.of(work, id, detector="dsgn", alpha=0.4, scenario=id) for id in ...]
 
     SAFETY = Experiment("safety", "Does the car still drive safely?", "Table 5.2", cells)
@@ -113,7 +113,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class EpisodeRow:
-    """What became of one drive.
+    """What became of one episode.
 
     Args:
         setting: The circumstances, such as ``dsgn thesis_pgd-0.4``; with the strength, the
@@ -158,13 +158,13 @@ class CellResult:
     """The result of a cell.
 
     Args:
-        drives: Outcomes of drives.
+        episodes: Outcomes of episodes.
         detections: Boxes, so that precision can be computed from the run alone.
         measurements: Other numbers.
         seconds: How long each part took, by name.
     """
 
-    drives: Sequence[EpisodeRow] = ()
+    episodes: Sequence[EpisodeRow] = ()
     detections: Sequence[DetectionRow] = ()
     measurements: Sequence[Measurement] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)

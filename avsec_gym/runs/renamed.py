@@ -14,13 +14,26 @@ from avsec_gym.errors import ConfigurationError
 EXPERIMENTS: Mapping[str, str] = {"knowing": "adaptive_attacks"}
 """Old name of an experiment -> its name."""
 
-_CHAPTER_3 = "avsec_gym.experiments.chapter3"
+_EXPERIMENTS = "avsec_gym.experiments"
+_CHAPTER_3 = f"{_EXPERIMENTS}.chapter3"
 WORKS: Mapping[str, str] = {
     f"{_CHAPTER_3}.identification.knowing_attackers:KnowingAttackers": (
         f"{_CHAPTER_3}.identification.adaptive_attacks:AdaptiveAttacks"
     ),
     f"{_CHAPTER_3}.localisation.repaired_moments:RepairedMoments": (
         f"{_CHAPTER_3}.localisation.repaired_frames:RepairedFrames"
+    ),
+    f"{_CHAPTER_3}.defence.defended_drives:DefendedDrives": (
+        f"{_CHAPTER_3}.defence.defended_episodes:DefendedEpisodes"
+    ),
+    f"{_EXPERIMENTS}.chapter5.attacked_drives:AttackedDrives": (
+        f"{_EXPERIMENTS}.chapter5.attacked_episodes:AttackedEpisodes"
+    ),
+    f"{_EXPERIMENTS}.chapter5.true_drives:TrueDrives": (
+        f"{_EXPERIMENTS}.chapter5.true_episodes:TrueEpisodes"
+    ),
+    f"{_EXPERIMENTS}.pipeline_drives:PipelineDrives": (
+        f"{_EXPERIMENTS}.pipeline_episodes:PipelineEpisodes"
     ),
 }
 """Old place of a work -> its place.  A cell keeps the id that it had under the old one."""

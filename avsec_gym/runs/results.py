@@ -16,7 +16,7 @@ class Results(Protocol):
         ...
 
     def records(self, **where: Any) -> list[SafetyRecord]:
-        """Drives, sorted by scenario and intention."""
+        """Episodes, sorted by scenario and intention."""
         ...
 
     def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:

@@ -14,11 +14,11 @@ Rows = dict[str, list[dict[str, Any]]]
 
 
 def rows_of(result: CellResult) -> Rows:
-    """The rows; numbers of NumPy become Python's."""
+    """The rows; numbers of NumPy become Python's.  Episodes stand in the table ``drives``."""
     return {
         "drives": [
             {**_place(row), "planner": row.planner, **_plain(row.record.to_json())}
-            for row in result.drives
+            for row in result.episodes
         ],
         "detections": [
             {**_place(row), "scenario": row.scenario, "boxes": boxes_to_text(row.boxes)}

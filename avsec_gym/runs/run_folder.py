@@ -113,8 +113,8 @@ class RunFolder:
         )
         return [(row["setting"], row["strength"]) for row in rows]
 
-    def drives(self, **where: Any) -> list[dict[str, Any]]:
-        """Drives.
+    def episodes(self, **where: Any) -> list[dict[str, Any]]:
+        """Episodes: rows of the table ``drives``, whose name is part of the file's format.
 
         Args:
             where: Values of columns, such as ``setting="dsgn", strength=4, planner="astar"``.
@@ -125,15 +125,15 @@ class RunFolder:
         """The same as records; of two settings they are in one order, fit for paired tests.
 
         Args:
-            where: The columns as of `drives`: setting, strength and planner at least, or they stand
-                one after the other.
+            where: The columns as of `episodes`: setting, strength and planner at least, or they
+                stand one after the other.
         """
         from avsec_gym.metrics.safety import SafetyRecord
 
         numbers = {column.name for column in fields(SafetyRecord) if column.type == "float"}
         names = [column.name for column in fields(SafetyRecord)]
         records = []
-        for row in self.drives(**where):
+        for row in self.episodes(**where):
             # Folders of earlier releases lack the columns of `schema.ADDED`.
             values: dict[str, Any] = {
                 name: math.nan if row.get(name) is None and name in numbers else row.get(name)

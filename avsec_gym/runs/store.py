@@ -167,8 +167,8 @@ class ResultStore:
         """Store a finished cell.
 
         Returns:
-            The outcome; a failure where rows of the result do not fit, such as drives that another
-            cell has driven under the same setting.
+            The outcome; a failure where rows of the result do not fit, such as episodes that
+            another cell has filed under the same setting.
 
         Raises:
             DataError: The file cannot be written.

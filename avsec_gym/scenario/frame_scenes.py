@@ -43,7 +43,7 @@ class FrameScenes:
     """Scenes in order of their ids, and the sensor data of each.
 
     Args:
-        scenes: Which.
+        scenes: The scenes that were chosen.
         data: Data set that holds the frame of each scene, by the scene's id.
     """
 

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter3.defence.defended_drives import DRIVE_FRAMES
+from avsec_gym.experiments.chapter3.defence.defended_episodes import DRIVE_FRAMES
 from avsec_gym.experiments.chapter3.defence.scenes import scene_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, recordings_of
 from avsec_gym.experiments.json_rows import keyed

@@ -2,8 +2,8 @@
 
     python -m studies.chapter5.contested_twins --kitti DIR --scenarios DIR --count N --out DIR
 
-In most scenarios nothing that perception gets wrong can make the drive unsafe: few attacks turn
-few drives, and a study of which do learns little from hours of attacks.  Chosen by chance among
+In most scenarios nothing that perception gets wrong can make the episode unsafe: few attacks turn
+few episodes, and a study of which do learns little from hours of attacks.  Chosen by chance among
 all that `is_contested` with some intention.
 """
 

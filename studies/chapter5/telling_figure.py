@@ -1,4 +1,4 @@
-"""The picture of which measure tells of safety: over attacks, and over single drives."""
+"""The picture of which measure tells of safety: over attacks, and over single episodes."""
 
 from __future__ import annotations
 

@@ -1,20 +1,21 @@
-"""Which measure of perception tells, of one attack, the drives that it makes unsafe?
+"""Which measure of perception tells, of one attack, the episodes that it makes unsafe?
 
 Attacks can be ranked by a measure that knows nothing of single scenes.  Here each attack is looked
-at by itself: of the drives that are safe unattacked, does the measure lose more in those that
+at by itself: of the episodes that are safe unattacked, does the measure lose more in those that
 become unsafe than in those that stay safe?
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, MinIou
 from avsec_gym.metrics.average_precision_curves import draw_resamples
@@ -28,13 +29,14 @@ from studies.chapter5.telling_measures import MEASURES, PRECISIONS, compared_att
 
 @dataclass(frozen=True)
 class FlipRow:
-    """How well a measure tells drives apart that became unsafe and that stayed safe.
+    """How well a measure tells episodes apart that became unsafe and that stayed safe.
 
     Args:
         measure: One of `MEASURES`.
         detector: The detector, or ``both``.
         family: The attacks that count, see `MeasureRow`.
-        drives: Number of drives that were safe unattacked, over the attacks.
+        episodes: Number of episodes that were safe unattacked, over the attacks; ``drives`` in
+            files, whose format it is.
         became_unsafe: Number of those that are not under attack.
         scenes: Number of scenes that these are in.
         area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
@@ -45,7 +47,7 @@ class FlipRow:
     measure: str
     detector: str
     family: str
-    drives: int
+    episodes: int = field(metadata=keyed("drives"))
     became_unsafe: int
     scenes: int
     area: float | None
@@ -54,8 +56,8 @@ class FlipRow:
 
 
 @dataclass(frozen=True, eq=False)
-class _Drives:
-    """Drives that were safe unattacked, of one attack."""
+class _Episodes:
+    """Episodes that were safe unattacked, of one attack."""
 
     scenario: NDArray[np.int64]
     intention: NDArray[np.int64]
@@ -63,7 +65,7 @@ class _Drives:
 
 
 def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
-    """How well the loss of each measure tells which drives an attack makes unsafe.
+    """How well the loss of each measure tells which episodes an attack makes unsafe.
 
     Args:
         outcomes: The outcomes of a run.
@@ -73,7 +75,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
         A row for each measure, detector and family, ``both`` and ``all`` among them.
     """
     attacks = compared_attacks(outcomes)
-    drives = {attack: _drives(outcomes, attack) for attack in attacks}
+    episodes = {attack: _episodes(outcomes, attack) for attack in attacks}
     samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
     rows: list[FlipRow] = []
     usual: dict[tuple[str, str], Sampled] = {}
@@ -85,7 +87,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             attack: np.nan_to_num(values[attack.unattacked] - values[attack]) for attack in attacks
         }
         for key, group in groups_of(attacks).items():
-            own = [drives[attack] for attack in group]
+            own = [episodes[attack] for attack in group]
             scenario, intention, unsafe = (
                 np.concatenate([getattr(each, name) for each in own] or [np.zeros(0, int)])
                 for name in ("scenario", "intention", "unsafe")
@@ -104,7 +106,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
                 FlipRow(
                     measure,
                     *key,
-                    drives=len(hits),
+                    episodes=len(hits),
                     became_unsafe=int(hits.sum()),
                     scenes=len(np.unique(scenario[hits])),
                     area=area.value if known else None,
@@ -115,7 +117,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
     return rows
 
 
-def _drives(outcomes: Outcomes, attack: Condition) -> _Drives:
+def _episodes(outcomes: Outcomes, attack: Condition) -> _Episodes:
     row = {scenario: number for number, scenario in enumerate(outcomes.scenarios)}
     column = {str(intention): number for number, intention in enumerate(Intention)}
     before = {
@@ -128,7 +130,7 @@ def _drives(outcomes: Outcomes, attack: Condition) -> _Drives:
         if before[record.scenario, record.intention]
     ]
     scenario, intention, unsafe = np.array(found, np.int64).reshape(-1, 3).T
-    return _Drives(scenario, intention, unsafe.astype(bool))
+    return _Episodes(scenario, intention, unsafe.astype(bool))
 
 
 def _by_case(measure: str, outcomes: Outcomes, condition: Condition, cases: CaseMeasures) -> Floats:

@@ -1,8 +1,8 @@
 """Which measure of perception predicts driving safety, over attacks?
 
-Average precision counts cars that no drive comes near, and wants boxes that fit closely.  Measures
-of the cars in reach, which forgive a box that stands a little aside, and measures that know where
-the car wants to go are compared with safety in the same way.
+Average precision counts cars that no episode comes near, and wants boxes that fit closely.
+Measures of the cars in reach, which forgive a box that stands a little aside, and measures that
+know where the car wants to go are compared with safety in the same way.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which measure of perception tells of driving safety: over attacks, and in single drives?
+"""Which measure of perception tells of driving safety: over attacks, and in single episodes?
 
     python -m studies.chapter5.telling_page RUN --markdown FILE --figure FILE
 
@@ -40,7 +40,7 @@ from studies.chapter5.telling_measures import (
 
 @dataclass(frozen=True)
 class TellingMeasures:
-    """The study: the number of scenarios, rows over attacks, and rows of single drives."""
+    """The study: the number of scenarios, rows over attacks, and rows of single episodes."""
 
     scenarios: int
     measures: Sequence[MeasureRow]
@@ -85,7 +85,7 @@ def page(found: TellingMeasures, command: str) -> str:
                 [
                     _line(
                         row,
-                        f"{row.became_unsafe} in {row.scenes} scenes, {row.drives:,}",
+                        f"{row.became_unsafe} in {row.scenes} scenes, {row.episodes:,}",
                         interval(row.area, row.interval, 2),
                     )
                     for row in found.flips

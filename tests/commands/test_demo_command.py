@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.cli import run
-from avsec_gym.experiments.chapter5 import attacked_drives, scenes
+from avsec_gym.experiments.chapter5 import attacked_episodes, scenes
 from avsec_gym.runs.run_folder import RunFolder
 
 DONE, BAD_DATA, BAD_USAGE = 0, 1, 2
@@ -40,7 +40,7 @@ def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[int, int
         root: Path = drawn_run.write_frames(tmp_path / f"frames-{seed}-{count}", count)
         return root
 
-    monkeypatch.setattr(attacked_drives, "AttackedDrives", drawn_run.DrawnDrives)
+    monkeypatch.setattr(attacked_episodes, "AttackedEpisodes", drawn_run.DrawnEpisodes)
     monkeypatch.setattr(scenes, "procedural_frames", frames)
     scenes._scenes.cache_clear()
     monkeypatch.chdir(tmp_path)
@@ -54,12 +54,12 @@ def test_from_nothing_to_the_page_and_once_more(
     usual = ("demo", "--scenarios", 4, "--workers", 0)
     assert ends(*usual) == DONE
     told = capsys.readouterr()
-    for words in ("12 drives", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
+    for words in ("12 episodes", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
         assert words in told.out
     assert [line for line in told.err.splitlines() if "report.html" in line] == [
         "runs/demo/report.html: what it is about, in a picture; then come the attacks",
         "runs/demo/report.html: the first scene in a picture; others follow",
-        "runs/demo/report.html: the drives in pictures",
+        "runs/demo/report.html: the episodes in pictures",
     ]
     out = tmp_path / "runs/demo"
     assert "PGD" in (out / "report.html").read_text()

@@ -11,7 +11,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.film_strip import Shown, clip
 from avsec_gym.drawing.found_and_true import draw_frame, draw_frames_from_above
 from avsec_gym.drawing.precision_recall import draw_precision_recall
-from avsec_gym.drawing.scenario_picture import draw_drive, picture_array
+from avsec_gym.drawing.scenario_picture import draw_episode, picture_array
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.average_precision import average_precision
 from avsec_gym.pipeline import run_episode
@@ -27,7 +27,7 @@ NAMES = ("left$^$_", "5$ or 6$", r"$\frac$", "\udcc3\udca9", "a_b^c", "")
 @pytest.mark.parametrize("name", NAMES, ids=ascii)
 def test_any_name_is_drawn(name: str, tmp_path: Path) -> None:
     nothing = Boxes3D.empty()
-    picture_array(draw_drive(run_episode(scene([]), Intention.STRAIGHT), title=name))
+    picture_array(draw_episode(run_episode(scene([]), Intention.STRAIGHT), title=name))
     black = {2: np.zeros((375, 1242, 3), np.uint8)}
     frame = SensorFrame("000000", kitti_rig().calibration, black)
     picture_array(draw_frame(frame, nothing, {name: nothing}, title=name))

@@ -18,7 +18,7 @@ from avsec_gym.drawing.scenario_picture import (
     GOAL,
     REAL,
     TREE,
-    draw_drive,
+    draw_episode,
     draw_sheet,
     picture_array,
     save_picture,
@@ -58,7 +58,7 @@ def where(picture: np.ndarray, colour: str) -> np.ndarray:
 
 
 def draw(shown: Episode) -> np.ndarray:
-    return picture_array(draw_drive(shown))
+    return picture_array(draw_episode(shown))
 
 
 def colliding() -> Episode:
@@ -120,7 +120,7 @@ def test_a_turned_start_is_in_the_picture_as_a_whole(heading: float) -> None:
     plan = MotionPrimitivePlanner().plan(problem)
     assert plan.trajectory is not None
     record = judge(plan, problem, problem.obstacles)
-    figure = draw_drive(Episode(problem, plan, problem.obstacles, record))
+    figure = draw_episode(Episode(problem, plan, problem.obstacles, record))
     axes = figure.axes[0]
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     x, y = plan.trajectory[:, 0], plan.trajectory[:, 1]
@@ -172,7 +172,7 @@ def test_shapes_of_every_kind_that_stand_move_and_appear_late() -> None:
 
 def test_a_png_is_written_whole(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "er" / "one.png"
-    figure = draw_drive(colliding())
+    figure = draw_episode(colliding())
     save_picture(figure, path)
     assert [file.name for file in path.parent.iterdir()] == ["one.png"]
     picture = cv2.imread(str(path))
@@ -203,7 +203,7 @@ def test_the_same_drive_is_the_same_picture() -> None:
 def test_an_arrow_stays_in_its_picture() -> None:
     """One car comes from behind the view: nothing is drawn outside of the axes."""
     figures = [
-        draw_drive(run_episode(scene([[x, 8.0, 0.0]], moving=True), Intention.STRAIGHT))
+        draw_episode(run_episode(scene([[x, 8.0, 0.0]], moving=True), Intention.STRAIGHT))
         for x in (-20.0, 200.0)
     ]
     with_arrow, without = (picture_array(figure)[:, :18] for figure in figures)
@@ -211,8 +211,8 @@ def test_an_arrow_stays_in_its_picture() -> None:
 
 
 def test_a_sheet_of_several() -> None:
-    drives = [run_episode(scene, Intention.LEFT) for scene in procedural_scenes(3).scenes]
-    figure = draw_sheet([*drives, colliding()])
+    episodes = [run_episode(scene, Intention.LEFT) for scene in procedural_scenes(3).scenes]
+    figure = draw_sheet([*episodes, colliding()])
     assert len(figure.axes) == 4
     titles = [axes.get_title("right") for axes in figure.axes]
     assert titles[-1] == "COLLISION"

@@ -1,4 +1,4 @@
-"""The scene that one can turn: numbers of the page against those of the drive and the labels."""
+"""The scene that one can turn: numbers of the page against those of the episode and the labels."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TRUTH = Boxes3D(
 
 
 def _driven(title: str, believed: Boxes3D) -> DrivenBelief:
-    """A drive straight on by what is believed, through what is there."""
+    """An episode straight on by what is believed, through what is there."""
     episode = run_episode(Scene("000007", TRUTH), Intention.STRAIGHT, believed)
     return DrivenBelief(title, episode, believed)
 
@@ -50,7 +50,7 @@ def scene() -> TurnableScene:
 
 
 def test_boxes_stand_where_the_labels_have_them(scene: TurnableScene) -> None:
-    real = scene.drives[0].real
+    real = scene.episodes[0].real
     # Neither the car half a kilometre ahead nor a pedestrian, whom no plan heeds, is shown.
     assert [each.size for each in real] == [(4.2, 1.7, 1.5), (4.0, 1.6, 1.4)]
     assert [each.bottom for each in real] == pytest.approx([0.0, 0.05])
@@ -59,9 +59,9 @@ def test_boxes_stand_where_the_labels_have_them(scene: TurnableScene) -> None:
 
 
 def test_what_moves_moves_and_what_stands_has_one_pose(scene: TurnableScene) -> None:
-    drive = scene.drives[1]
-    moving, *standing = drive.real
-    assert len(moving.poses) == len(drive.car) > 5
+    episode = scene.episodes[1]
+    moving, *standing = episode.real
+    assert len(moving.poses) == len(episode.car) > 5
     gone = np.diff(moving.poses[:, 0])
     assert gone == pytest.approx(gone[0])
     assert gone[0] > 0.1
@@ -69,7 +69,7 @@ def test_what_moves_moves_and_what_stands_has_one_pose(scene: TurnableScene) -> 
 
 
 def test_a_blind_car_stops_in_the_picture_where_it_collides(scene: TurnableScene) -> None:
-    seeing, blind = scene.drives
+    seeing, blind = scene.episodes
     assert blind.outcome == "collision"
     assert not blind.believed
     assert len(seeing.believed) == 3
@@ -90,11 +90,11 @@ def test_points_are_seen_from_the_ground_under_the_camera(scene: TurnableScene) 
 def test_the_page_reads_what_was_written_and_nothing_ends_its_element_early(
     scene: TurnableScene,
 ) -> None:
-    titled = replace(scene.drives[0], title="</script><b>no plan</b>")
-    part = turnable_part(replace(scene, drives=(titled, scene.drives[1])))
+    titled = replace(scene.episodes[0], title="</script><b>no plan</b>")
+    part = turnable_part(replace(scene, episodes=(titled, scene.episodes[1])))
     (data,) = re.findall(r'<script type="application/json">(.*?)</script>', part, re.DOTALL)
     assert json.loads(data)["drives"][0]["title"] == titled.title
-    assert json.loads(data)["drives"][1] == scene.drives[1].to_json()
+    assert json.loads(data)["drives"][1] == scene.episodes[1].to_json()
     assert "<b>" not in part
     assert "a &lt;scene&gt;" in part
     style, script = style_and_script()

@@ -363,20 +363,20 @@ def test_the_laser_is_aimed_at_what_is_in_the_way(
         middle = boxes.location[[target]] - [[0.0, boxes.dimensions[target, 0] / 2, 0.0]]
         for camera, side in ((2, -1.0), (3, 1.0)):
             beside, above = 0.5, -0.25
-            shot = env.shot(np.array([side, beside, above, 0.0, 1.0]))
+            facula = env.facula(np.array([side, beside, above, 0.0, 1.0]))
             place = middle + np.array([REACH[0] * beside, -REACH[1] * above, 0.0])
             frame = situation.unattacked.frame
             expected, _ = project(frame.calibration.projection(camera), place)
-            np.testing.assert_allclose(shot.centre, expected[0])
-            assert (shot.camera, shot.strength) == (camera, 255)
-            assert shot.radius == pytest.approx(np.sqrt(np.prod(RADII)))
+            np.testing.assert_allclose(facula.centre, expected[0])
+            assert (facula.camera, facula.strength) == (camera, 255)
+            assert facula.radius == pytest.approx(np.sqrt(np.prod(RADII)))
     *_, info = env.step(by_hand(45))
     assert (info["camera"], info["strength"]) == (2, 255)
     assert info["radius"] == pytest.approx(45)
 
 
 @pytest.mark.slow
-def test_a_shot_by_hand_is_told_and_drawn(
+def test_an_attempt_by_hand_is_printed_and_drawn(
     tmp_path: Path, quick: dict[str, Any], bright_cars: ModuleType
 ) -> None:
     for number in range(2 * FEWEST):
@@ -384,9 +384,9 @@ def test_a_shot_by_hand_is_told_and_drawn(
     command = [sys.executable, str(EXAMPLES / "aimed_laser.py"), "--scenarios", str(tmp_path)]
     command += ["--detector", quick["detector"], "--shots", "2", "--out", str(tmp_path / "a.jpg")]
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
-    shots = [line.split(":")[0] for line in told[:-1]]
-    assert shots == [f"{FEWEST + number:06d} left" for number in range(len(shots))]
-    assert len(shots) == 2 or "collision, no alarm" in told[-2]
+    tried = [line.split(":")[0] for line in told[:-1]]
+    assert tried == [f"{FEWEST + number:06d} left" for number in range(len(tried))]
+    assert len(tried) == 2 or "collision, no alarm" in told[-2]
     assert told[-1] == str(tmp_path / "a.jpg")
     assert cv2.imread(told[-1]).std() > 10
     refused = subprocess.run([*command, "--radius", "500"], capture_output=True, text=True)

@@ -132,7 +132,7 @@ def test_the_price_is_an_argument() -> None:
 
 
 def test_a_scene_that_is_unsafe_by_itself_gives_no_success() -> None:
-    """A reward is for making a safe drive unsafe."""
+    """A reward is for making a safe plan unsafe."""
     wall = [[8.0, y, np.pi / 2] for y in np.arange(-40.0, 41.0, 3.9)]
     scenes = set_of(scene([], id="free"), scene(wall, id="blocked"))
     chosen = {"scenario": "blocked", "intention": "straight"}
@@ -216,7 +216,7 @@ def test_a_step_is_what_the_pipeline_does_on_real_scenes(shared: Path, motion: M
 
 
 def test_a_car_that_comes_after_the_drives_end_is_no_collision() -> None:
-    """The drive ends in the goal, 15 m ahead, before the oncoming car is there."""
+    """The plan ends in the goal, 15 m ahead, before the oncoming car is there."""
     late = scene([[36.0, 0.0, np.pi]], [True], number=3)
     for motion in MOTIONS:
         expected = run_episode(late, Intention.STRAIGHT, motion=motion).record

@@ -8,20 +8,22 @@ import numpy as np
 import pytest
 
 from avsec_gym.attacks.object_injection import RandomGhosts
-from avsec_gym.evaluation.ghost_attack import AttackedDrive, ghost_attack, summary
+from avsec_gym.evaluation.ghost_attack import AttackedEpisode, ghost_attack, summary
 from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import procedural_scenes
 
 
 @pytest.fixture(scope="module")
-def drives() -> list[AttackedDrive]:
+def episodes() -> list[AttackedEpisode]:
     return ghost_attack(procedural_scenes(20))
 
 
-def test_safe_drives_are_attacked_and_the_others_left_alone(drives: list[AttackedDrive]) -> None:
-    assert len(drives) == 60
-    for each in drives:
+def test_safe_episodes_are_attacked_and_the_others_left_alone(
+    episodes: list[AttackedEpisode],
+) -> None:
+    assert len(episodes) == 60
+    for each in episodes:
         if not each.clean.safe:
             assert each.attacked is each.clean
             assert (each.queries, each.believed) == (0, each.scene.boxes)
@@ -31,11 +33,11 @@ def test_safe_drives_are_attacked_and_the_others_left_alone(drives: list[Attacke
         again = run_episode(each.scene, each.intention, each.believed).record
         assert again.to_json() == each.attacked.to_json()
         assert each.attacked.safe <= (each.queries == 10)
-    assert any(each.clean.safe and not each.attacked.safe for each in drives)
+    assert any(each.clean.safe and not each.attacked.safe for each in episodes)
 
 
-def test_rates_and_differences_fit(drives: list[AttackedDrive]) -> None:
-    report = json.loads(json.dumps(summary(drives), allow_nan=False))
+def test_rates_and_differences_fit(episodes: list[AttackedEpisode]) -> None:
+    report = json.loads(json.dumps(summary(episodes), allow_nan=False))
     rates = {(row["intention"], row["input"]): row for row in report["rates"]}
     assert len(rates) == 6
     for row in report["differences"]:
@@ -48,12 +50,12 @@ def test_rates_and_differences_fit(drives: list[AttackedDrive]) -> None:
         assert attacked["safe_driving_rate"] < clean["safe_driving_rate"]
 
 
-def believed(drives: list[AttackedDrive]) -> bytes:
-    return b"".join(each.believed.location.tobytes() for each in drives)
+def believed(episodes: list[AttackedEpisode]) -> bytes:
+    return b"".join(each.believed.location.tobytes() for each in episodes)
 
 
-def test_the_seed_decides_over_scenes_and_attack(drives: list[AttackedDrive]) -> None:
-    assert believed(ghost_attack(procedural_scenes(20))) == believed(drives)
+def test_the_seed_decides_over_scenes_and_attack(episodes: list[AttackedEpisode]) -> None:
+    assert believed(ghost_attack(procedural_scenes(20))) == believed(episodes)
     ghosts = [
         ghost_attack(procedural_scenes(20, seed=seed), intentions=[Intention.STRAIGHT])
         for seed in (1, 2)

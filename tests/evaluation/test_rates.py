@@ -13,8 +13,8 @@ import pytest
 
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
-from avsec_gym.evaluation.files import drive_with_tree, write_pictures, write_records
+from avsec_gym.drawing.scenario_picture import draw_episode, save_picture
+from avsec_gym.evaluation.files import episode_with_tree, write_pictures, write_records
 from avsec_gym.evaluation.rates import (
     DETECTIONS,
     GROUND_TRUTH,
@@ -130,7 +130,7 @@ def test_differences_follow_from_the_records(result: DrivingSafety) -> None:
     three = [rows[name] for name in ("left", "straight", "right")]
     mean = np.mean([row["safe_driving_rate"] for row in three])
     assert pooled["safe_driving_rate"] == pytest.approx(mean)
-    # Holm's correction is for the three intentions; pooled drives of one scenario have no test.
+    # Holm's correction is for the three intentions; pooled episodes of one scenario have no test.
     assert pooled["mcnemar_p"] is pooled["mcnemar_p_holm"] is None
     least = min(three, key=lambda row: row["mcnemar_p"])
     assert least["mcnemar_p_holm"] == pytest.approx(min(3 * least["mcnemar_p"], 1.0))
@@ -207,8 +207,8 @@ def test_pictures_show_what_became_unsafe(
         motion = Motion(result.settings["motion"][DETECTIONS])
         pictures = []
         for name, believed in (("believed", boxes), ("truth", scene.boxes)):
-            shown = drive_with_tree(scene, intention, believed, motion)
-            save_picture(draw_drive(shown), tmp_path / f"{name}.png", overwrite=True)
+            shown = episode_with_tree(scene, intention, believed, motion)
+            save_picture(draw_episode(shown), tmp_path / f"{name}.png", overwrite=True)
             pictures.append(cv2.imread(str(tmp_path / f"{name}.png")))
         np.testing.assert_array_equal(cv2.imread(str(file)), pictures[0])
         assert (pictures[0] != pictures[1]).any()

@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5 import attacked_drives, true_drives
+from avsec_gym.experiments.chapter5 import attacked_episodes, true_episodes
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
 from avsec_gym.experiments.demo.experiment import DEMO, unpatched
@@ -37,7 +37,7 @@ def test_only_patches_that_were_trained_are_put_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenes = SceneSet("one", (Scene("000000", Boxes3D.empty()),))
-    for module in (attacked_drives, true_drives):
+    for module in (attacked_episodes, true_episodes):
         monkeypatch.setattr(module, "scenes_of", lambda asked: FrameScenes(scenes, {}))
     save_patch(tmp_path / "dsgn.safetensors", Patch.grey())
     asked = with_defaults(Configuration(options={"patches": str(tmp_path)}), [DEMO])
@@ -59,7 +59,7 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     results.add(Condition("dsgn", "thesis_pgd-1", 1.0), names)
     results.add(Condition("dsgn", "thesis_pgd-1", 4.0), names, lost=names, unsafe=names[:2])
     results.add(Condition("dsgn", "patch-specific"), names, unsafe=names[:3], outcome="unplanned")
-    results.drives["ground_truth", 0.0, "astar"] = [
+    results.episodes["ground_truth", 0.0, "astar"] = [
         made.record(name, way) for name in names for way in Intention
     ]
     found = made.outcomes(results, names)
@@ -93,7 +93,7 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     assert (patch.rates.success_rate, patch.rates.collision_rate) == (0.5, 0.0)
 
 
-def test_the_story_counts_cars_and_the_drives_in_which_something_is_in_the_way(
+def test_the_story_counts_cars_and_the_episodes_in_which_something_is_in_the_way(
     made: ModuleType,
 ) -> None:
     names = made.names(4)
@@ -105,15 +105,15 @@ def test_the_story_counts_cars_and_the_drives_in_which_something_is_in_the_way(
     ways = {(names[0], Intention.LEFT), (names[1], Intention.RIGHT), (names[3], Intention.LEFT)}
     clean, pgd = story_rows(found, ways, 0.3)
     cars = sum(int((found.labels[name].category == "Car").sum()) for name in names)
-    assert (clean.found, clean.cars, clean.safe, clean.drives) == (cars, cars, 2, 3)
-    assert (pgd.found, pgd.cars, pgd.safe, pgd.drives) == (cars // 4, cars, 1, 3)
+    assert (clean.found, clean.cars, clean.safe, clean.episodes) == (cars, cars, 2, 3)
+    assert (pgd.found, pgd.cars, pgd.safe, pgd.episodes) == (cars // 4, cars, 1, 3)
     tried, happened = sentences([clean, pgd])
-    assert "these 3 drives" in tried
+    assert "these 3 episodes" in tried
     assert f"DSGN finds {cars} of {cars} cars" in happened
     assert "safely in 2 of 3" in happened
-    assert f"{cars // 4} cars, 1 safe drives" in happened
+    assert f"{cars // 4} cars, 1 safe episodes" in happened
     assert list(sentences(story_rows(found, set(), 0.3))) == []
-    # The drive that was made unsafe, not that which was unsafe before, nor one with a free way.
+    # The episode that was made unsafe, not that which was unsafe before, nor one with a free way.
     first, *others = hits(found, ways, 4, 0.3)
     assert (first.rule, first.scenario, first.intention) == (HIT, names[1], Intention.RIGHT)
     assert first.conditions == (Condition("dsgn"), attacked)

@@ -107,7 +107,7 @@ def test_records_of_one_scenario_are_drawn_together() -> None:
     assert once is not None
     assert thrice is not None
     assert thrice.scenarios == once.scenarios
-    assert thrice.drives == 3 * once.drives
+    assert thrice.episodes == 3 * once.episodes
     assert thrice.mcnemar_p is None
     for name in ("success_rate", "collision_rate", "safe_driving_rate"):
         one, three = getattr(once, name), getattr(thrice, name)

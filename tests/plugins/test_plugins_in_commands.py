@@ -135,11 +135,11 @@ def test_all_of_them_in_run_and_report(
     )  # fmt: skip
     assert json.loads(done.stdout)["failed"] == 0
     there = RunFolder.open(out)
-    assert {row["planner"] for row in there.drives()} == {"lane_change"}
+    assert {row["planner"] for row in there.episodes()} == {"lane_change"}
     straight = {
         setting.removeprefix("pipeline "): [row["outcome"] for row in rows]
         for setting, _ in there.settings()
-        if (rows := there.drives(setting=setting, intention="straight"))
+        if (rows := there.episodes(setting=setting, intention="straight"))
     }
     # Under the attack there is an alarm, and the car stops.
     stops = straight.pop("attacked")

@@ -103,13 +103,13 @@ def report(run: RunFolder) -> RunReport:
 @pytest.fixture(scope="session")
 def page(run: RunFolder, drawn: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of the finished run, with pictures."""
-    from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads
+    from avsec_gym.experiments.chapter5 import attacked_episodes, patch_spreads
     from avsec_gym.report.html import html_page
     from avsec_gym.report.run_report import run_report
     from avsec_gym.runs.section import ReportRequest
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(attacked_drives, "AttackedDrives", drawn.DrawnDrives)
+        patch.setattr(attacked_episodes, "AttackedEpisodes", drawn.DrawnEpisodes)
         patch.setattr(patch_spreads, "PatchSpreads", drawn.DrawnSpreads)
         report = run_report(run, ReportRequest(pictures=3))
     assert not report.problems

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells
+from avsec_gym.experiments.chapter5.attacked_episodes import attacked_cells
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread, SpreadExtent
 from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, PatchSpreads
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
@@ -31,7 +31,7 @@ from avsec_gym.experiments.chapter5.settings import (
     setting,
     specific,
 )
-from avsec_gym.experiments.chapter5.true_drives import true_cells
+from avsec_gym.experiments.chapter5.true_episodes import true_cells
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
 from avsec_gym.kitti.writing import write_object_frame
@@ -63,8 +63,8 @@ FAILS = "000003"
 """This scene's patch is out of order, if a run is `broken`."""
 
 
-class DrawnDrives:
-    """Like `AttackedDrives`, with the same rows."""
+class DrawnEpisodes:
+    """Like `AttackedEpisodes`, with the same rows."""
 
     def __init__(self, configuration: Configuration) -> None:
         self._seed = configuration.seed
@@ -76,7 +76,7 @@ class DrawnDrives:
         if self._broken and (attack, scenario) == ("patch-random", FAILS):
             raise ZeroDivisionError("the printer is out of paper")
         scene = self._scenes[scenario]
-        drives, detections, measurements = [], [], []
+        episodes, detections, measurements = [], [], []
         for name, strength, whole, intentions, seen_as in looks(attack):
             boxes = self._seen(detector, name, strength, scene, intentions)
             under = setting(detector, name, whole_levels=whole)
@@ -84,21 +84,21 @@ class DrawnDrives:
             detections.append(DetectionRow(filed, scenario, boxes, strength))
             for way in intentions:
                 record = run_episode(scene, way, above(boxes, 0.3)).record
-                drives.append(EpisodeRow(under, record, strength))
+                episodes.append(EpisodeRow(under, record, strength))
             if not whole and strength in (0, STEPS):
                 facts = self._facts(detector, name, strength, scene)
                 measurements += [
                     Measurement(filed, scenario, key, value, strength)
                     for key, value in facts.items()
                 ]
-        seconds = {"attack": 0.4 * len(drives), "detector": 0.3, "planner": 0.01 * len(drives)}
-        return CellResult(drives, detections, measurements, seconds)
+        seconds = {"attack": 0.4 * len(episodes), "detector": 0.3, "planner": 0.01 * len(episodes)}
+        return CellResult(episodes, detections, measurements, seconds)
 
     def again(
         self, detector: str, attack: str, scenario: str, intention: Intention,
         strength: float = 0.0, *, whole_levels: bool = False,
     ) -> PipelineRun:  # fmt: skip
-        """As `AttackedDrives.again`; a perturbation is noise, a patch a magenta disc."""
+        """As `AttackedEpisodes.again`; a perturbation is noise, a patch a magenta disc."""
         scene = self._scenes[scenario]
         frame = self._frames.frame(scene)
         boxes = self._seen(detector, attack, strength, scene, (intention,))
@@ -186,7 +186,7 @@ def _steps(attack: str) -> list[tuple[str, float, bool, tuple[Intention, ...], s
 
 def drawn_cells(configuration: Configuration, attacks: tuple[str, ...] = ATTACKS) -> list[Cell]:
     drawn = [
-        Cell.of("drawn_run:DrawnDrives", cell.group, **cell.arguments)
+        Cell.of("drawn_run:DrawnEpisodes", cell.group, **cell.arguments)
         for cell in (
             *attacked_cells(configuration, attacks, DETECTORS),
             *attacked_cells(configuration, (UNATTACKED, *PATCHES), (WITHOUT_PYRAMID,)),

@@ -15,7 +15,7 @@ import pytest
 
 from avsec_gym.commands.report import Report
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads
+from avsec_gym.experiments.chapter5 import attacked_episodes, patch_spreads
 from avsec_gym.experiments.chapter5.section.findings import outcomes_of
 from avsec_gym.experiments.chapter5.section.scene_strip import amplified, scene_strips
 from avsec_gym.experiments.chapter5.section.telling_scenes import (
@@ -126,7 +126,7 @@ def test_a_run_of_a_third_party_is_shown_by_its_settings(
     assert "| weak |" in markdown_page(report)
 
 
-def test_only_drives_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Path) -> None:
+def test_only_episodes_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Path) -> None:
     from avsec_gym.experiments.chapter5.experiments import PLANNERS
 
     asked = Configuration(str(frames), 2)
@@ -141,36 +141,36 @@ def test_only_drives_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Pat
 def test_scenes_are_chosen_by_their_rules(run: RunFolder) -> None:
     outcomes = outcomes_of(run)
     chosen = telling_scenes(outcomes, 8)
-    assert len({drive.scenario for drive in chosen}) == len(chosen) <= 6
-    for drive in chosen:
+    assert len({episode.scenario for episode in chosen}) == len(chosen) <= 6
+    for episode in chosen:
         clean, attacked = (
             {record.intention: record.safe for record in outcomes.records(condition)
-             if record.scenario == drive.scenario}
-            for condition in drive.conditions[:2]
+             if record.scenario == episode.scenario}
+            for condition in episode.conditions[:2]
         )  # fmt: skip
-        if drive.rule == COLLAPSE:
+        if episode.rule == COLLAPSE:
             assert all(clean.values())
             assert all(attacked.values())
-        elif drive.rule != TEXTURED:
-            assert clean[drive.intention]
-            assert not attacked[drive.intention]
-        if drive.rule == PATCHED:
-            assert "patch" in drive.conditions[1].attack
+        elif episode.rule != TEXTURED:
+            assert clean[episode.intention]
+            assert not attacked[episode.intention]
+        if episode.rule == PATCHED:
+            assert "patch" in episode.conditions[1].attack
     assert telling_scenes(outcomes, 8) == chosen
     assert telling_scenes(outcomes, 2) == chosen[:2]
     assert telling_scenes(outcomes, 0) == []
 
 
-def test_pictures_are_of_the_stored_drives(run: RunFolder, drawn: ModuleType) -> None:
+def test_pictures_are_of_the_stored_episodes(run: RunFolder, drawn: ModuleType) -> None:
     outcomes = outcomes_of(run)
     telling = telling_scenes(outcomes, 6)
-    drives = drawn.DrawnDrives(run.configuration)
-    (strip,) = scene_strips(telling[:1], outcomes, drives)
+    episodes = drawn.DrawnEpisodes(run.configuration)
+    (strip,) = scene_strips(telling[:1], outcomes, episodes)
     assert all(view.as_stored for view in strip.views)
     assert (strip.factor, strip.largest) == (31, 4.0)
     assert len(strip.views[0].real) == len(outcomes.labels[telling[0].scenario])
 
-    class Other(drawn.DrawnDrives):  # type: ignore[misc, name-defined]
+    class Other(drawn.DrawnEpisodes):  # type: ignore[misc, name-defined]
         """Under an attack the search takes a node more than when it was stored."""
 
         def again(self, detector: str, attack: str, *rest: Any, **options: Any) -> Any:
@@ -202,7 +202,7 @@ def test_the_command_writes_page_and_tables(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(attacked_drives, "AttackedDrives", drawn.DrawnDrives)
+    monkeypatch.setattr(attacked_episodes, "AttackedEpisodes", drawn.DrawnEpisodes)
     monkeypatch.setattr(patch_spreads, "PatchSpreads", drawn.DrawnSpreads)
     page, tables = tmp_path / "a.html", tmp_path / "a.md"
     command = Report(run.path, out=page, markdown=tables, pictures=1, json=True)
@@ -221,7 +221,7 @@ def test_without_weights_there_is_a_page_without_pictures(
     def none(configuration: Configuration) -> None:
         raise DataError("there are no weights.")
 
-    monkeypatch.setattr(attacked_drives, "AttackedDrives", none)
+    monkeypatch.setattr(attacked_episodes, "AttackedEpisodes", none)
     monkeypatch.setattr(patch_spreads, "PatchSpreads", none)
     assert Report(run.path, pictures=1).run() == 3
     assert "data:image/webp" not in (run.path / "report.html").read_text()

@@ -52,13 +52,13 @@ def test_options_get_defaults_and_are_checked() -> None:
 
 
 def test_experiments_are_found_by_name_and_by_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = ModuleType("somebodys_experiments")
+    module = ModuleType("other_experiments")
     module.TRUTH, module.NONE = TRUTH, 3  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "somebodys_experiments", module)
-    assert experiment("somebodys_experiments:TRUTH") is TRUTH
-    monkeypatch.setitem(catalogue.EXPERIMENTS, "short", "somebodys_experiments:TRUTH")
+    monkeypatch.setitem(sys.modules, "other_experiments", module)
+    assert experiment("other_experiments:TRUTH") is TRUTH
+    monkeypatch.setitem(catalogue.EXPERIMENTS, "short", "other_experiments:TRUTH")
     assert experiment("short") is TRUTH
-    for wrong in ("truth", "somebodys_experiments:NONE", "somebodys_experiments:X", "no_where:X"):
+    for wrong in ("truth", "other_experiments:NONE", "other_experiments:X", "no_where:X"):
         with pytest.raises(ConfigurationError):
             experiment(wrong)
 
@@ -66,16 +66,16 @@ def test_experiments_are_found_by_name_and_by_place(monkeypatch: pytest.MonkeyPa
 def test_packages_add_experiments_but_take_no_name(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    module = ModuleType("somebodys_experiments")
+    module = ModuleType("other_experiments")
     module.TRUTH = TRUTH  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "somebodys_experiments", module)
-    places = {"truth": "somebodys_experiments:TRUTH", "demo": "somebodys_experiments:TRUTH"}
+    monkeypatch.setitem(sys.modules, "other_experiments", module)
+    places = {"truth": "other_experiments:TRUTH", "demo": "other_experiments:TRUTH"}
     points = [SimpleNamespace(name=name, value=place) for name, place in places.items()]
     groups = {"avsec_gym.experiments": [*points, SimpleNamespace(name="lost", value="no_where:X")]}
     monkeypatch.setattr(metadata, "entry_points", lambda group: groups.get(group, []))
     assert list(known_experiments()) == [*EXPERIMENTS, "truth", "lost"]
     assert known_experiments()["demo"] == EXPERIMENTS["demo"]
-    assert "experiment demo of somebodys_experiments:TRUTH is left out" in caplog.text
+    assert "experiment demo of other_experiments:TRUTH is left out" in caplog.text
     assert experiment("truth") is TRUTH
     with pytest.raises(ConfigurationError, match='Did you mean "truth"'):
         experiment("thruth")

@@ -45,9 +45,9 @@ def test_rows_do_not_depend_on_the_processes(tiny: ModuleType, tmp_path: Path) -
         root = tmp_path / str(workers)
         run_experiments([tiny.PRECISION, tiny.SAFETY], SMALL, root, workers=workers, threads=1)
     here, one, two = (RunFolder.open(tmp_path / name) for name in "012")
-    assert here.drives() == one.drives() == two.drives()
+    assert here.episodes() == one.episodes() == two.episodes()
     assert here.measurements() == one.measurements() == two.measurements()
-    assert len(here.drives()) == 4 * 3 * 2
+    assert len(here.episodes()) == 4 * 3 * 2
 
 
 @pytest.mark.slow

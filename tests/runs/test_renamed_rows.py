@@ -110,7 +110,7 @@ def check_rows(run: RunFolder) -> None:
         "mine texture-thesis_pgd-1": 2.0, "mine pgd-0.4 of others": 3.0,
     }.items()  # fmt: skip
     assert list(run.detections("mine thesis_pgd-0.4 8-bit", 4.0)) == ["000001"]
-    assert [row["safe"] for row in run.drives(setting="mine thesis_pgd-0.4")] == [1]
+    assert [row["safe"] for row in run.episodes(setting="mine thesis_pgd-0.4")] == [1]
     attacks = {cell["arguments"]["attack"] for cell in run.cells()}
     assert attacks >= {*NEW_ATTACKS, "pgd-0.4 of others"}
     assert ("mine texture-thesis_pgd-1", 4.0) in run.settings()

@@ -77,12 +77,12 @@ def test_records_come_back_as_they_were(run: RunFolder) -> None:
         facts, found = dataclasses.asdict(there), dataclasses.asdict(back)
         assert all(same(facts[name], found[name]) for name in facts), (facts, found)
     assert SafetyRates.of(records).safe_driving_rate == 1 / 3
-    rows = run.drives(setting="dsgn")
+    rows = run.episodes(setting="dsgn")
     assert [(r["planned"], r["collision"], r["safe"]) for r in rows] == [
         (1, 0, 1), (0, 0, 0), (1, 1, 0),
     ]  # fmt: skip
-    assert len(run.drives()) == 3 + 2 * 2 * 2
-    assert not run.drives(setting="dsgn", strength=3)
+    assert len(run.episodes()) == 3 + 2 * 2 * 2
+    assert not run.episodes(setting="dsgn", strength=3)
 
 
 def test_folders_of_earlier_releases_open_and_go_on(run: RunFolder) -> None:
@@ -180,7 +180,7 @@ def test_a_run_can_be_read_where_nothing_can_be_written(run: RunFolder) -> None:
     for path in [*run.path.iterdir(), run.path]:
         path.chmod(0o555 if path.is_dir() else 0o444)
     try:
-        assert len(RunFolder.open(run.path).drives(setting="dsgn")) == 3
+        assert len(RunFolder.open(run.path).episodes(setting="dsgn")) == 3
     finally:
         run.path.chmod(0o755)
 
@@ -189,7 +189,7 @@ def test_what_is_no_run_is_told(run: RunFolder, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no run here"):
         RunFolder.open(tmp_path)
     with pytest.raises(DataError, match="no such column"):
-        run.drives(detector="dsgn")
+        run.episodes(detector="dsgn")
     database = sqlite3.connect(run.path / "results.sqlite")
     database.execute("PRAGMA user_version = 9")
     database.close()

@@ -50,7 +50,7 @@ def rows(path: Path) -> list[Any]:
     with closing(ResultStore(path)) as store:
         statuses = store.statuses()
     cells = [{**cell, "arguments": str(cell["arguments"])} for cell in run.cells()]
-    return [statuses, cells, run.measurements(), run.missing(), run.timings(), run.drives()]
+    return [statuses, cells, run.measurements(), run.missing(), run.timings(), run.episodes()]
 
 
 def mutated(content: bytearray, randomness: random.Random) -> bytes:

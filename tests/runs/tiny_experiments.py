@@ -76,7 +76,7 @@ class Draws:
         )  # fmt: skip
         cost = float(generator.uniform(1, 3))
         return CellResult(
-            drives=[
+            episodes=[
                 EpisodeRow(attack, _Record(scenario, way, cost), strength=2)  # type: ignore[arg-type]
                 for way in ("left", "right")
             ],

@@ -84,7 +84,7 @@ class LightDrive:
     """A drive that goes on action by action.
 
     Args:
-        place: Where.
+        place: The laid out scene that the car drives in.
         intention: Where the car wants to go.
 
     Raises:

@@ -51,8 +51,8 @@ class ShownBox:
 
 
 @dataclass(frozen=True, eq=False)
-class ShownDrive:
-    """A drive by one belief.
+class ShownEpisode:
+    """An episode by one belief.
 
     Args:
         title: What was done to the car.
@@ -84,7 +84,7 @@ class ShownDrive:
 
 @dataclass(frozen=True, eq=False)
 class TurnableScene:
-    """A scene and one drive or more through it.
+    """A scene and one episode or more through it.
 
     Args:
         title: Names the scene for who cannot see it.
@@ -93,7 +93,7 @@ class TurnableScene:
         goal: Corners of the goal regions, shape (N, 2) each.
         points: Points of the scan, shape (M, 3); empty where nothing was scanned.
         vehicle: Length, width and height of the car, metres.
-        drives: The drives, of which one is shown at a time.
+        episodes: The episodes, of which one is shown at a time.
     """
 
     title: str
@@ -102,7 +102,7 @@ class TurnableScene:
     goal: tuple[Floats, ...]
     points: Floats
     vehicle: tuple[float, float, float]
-    drives: tuple[ShownDrive, ...]
+    episodes: tuple[ShownEpisode, ...]
 
     def to_json(self) -> dict[str, Any]:
         """For the page; points as 16-bit whole centimetres, little-endian, in base 64."""
@@ -113,13 +113,13 @@ class TurnableScene:
             "goal": [_rounded(each) for each in self.goal],
             "points": base64.b64encode(whole.tobytes()).decode(),
             "vehicle": _rounded(self.vehicle),
-            "drives": [each.to_json() for each in self.drives],
+            "drives": [each.to_json() for each in self.episodes],
         }
 
 
 @dataclass(frozen=True, eq=False)
 class DrivenBelief:
-    """A drive, and the belief that it was planned on.
+    """An episode, and the belief that it was planned on.
 
     Args:
         title: What was done to the car.
@@ -140,11 +140,11 @@ def turnable_scene(
     frame: SensorFrame | None = None,
     vehicle: Vehicle = BMW_320I,
 ) -> TurnableScene:
-    """Drives through one scene from one start.
+    """Episodes through one scene from one start.
 
     Args:
         title: Names the scene.
-        driven: The drives.
+        driven: The episodes.
         truth: The labelled objects, those that are obstacles in the order of `Episode.truth`.
         frame: The frame whose scan is shown, if it has one.
         vehicle: The vehicle that drives.
@@ -161,11 +161,11 @@ def turnable_scene(
         ),
         _scan(frame),
         (vehicle.length, vehicle.width, _CAR_HEIGHT),
-        tuple(_drive(belief, truth) for belief in driven),
+        tuple(_episode(belief, truth) for belief in driven),
     )
 
 
-def _drive(driven: DrivenBelief, truth: Boxes3D) -> ShownDrive:
+def _episode(driven: DrivenBelief, truth: Boxes3D) -> ShownEpisode:
     episode, believed = driven.episode, driven.believed[is_obstacle(driven.believed)]
     record = episode.record
     planned = np.zeros((0, 3))
@@ -176,7 +176,7 @@ def _drive(driven: DrivenBelief, truth: Boxes3D) -> ShownDrive:
     if record.collision:
         car = car[: round(record.collision_time / episode.problem.dt) + 1]
     rows = zip(believed.poses, _sizes(believed), _bottoms(believed), strict=True)
-    return ShownDrive(
+    return ShownEpisode(
         driven.title,
         record.outcome,
         tuple(_real(episode, truth, len(car))),

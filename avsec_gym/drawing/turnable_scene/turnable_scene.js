@@ -234,7 +234,7 @@
 
   document.querySelectorAll("details.turn").forEach((root) => {
     root.hidden = false;
-    // Nothing is read or drawn before somebody wants to see it.
+    // Nothing is read or drawn before the scene is opened.
     root.addEventListener("toggle", () => { root.turnable ??= new Turnable(root); });
   });
 })();

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.attacked_episodes import attacked_cells, attacked_inputs
 from avsec_gym.experiments.chapter5.patch_spreads import spread_cells, spread_inputs
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, PYRAMID_OPTIONS
 from avsec_gym.experiments.chapter5.settings import (
@@ -21,7 +21,7 @@ from avsec_gym.experiments.chapter5.settings import (
     WITHOUT_PYRAMID,
 )
 from avsec_gym.experiments.chapter5.trained import patches_there
-from avsec_gym.experiments.chapter5.true_drives import true_cells, true_inputs
+from avsec_gym.experiments.chapter5.true_episodes import true_cells, true_inputs
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 
 SECTION = "avsec_gym.experiments.chapter5.section.findings:findings"
@@ -54,8 +54,8 @@ def _pyramid_cells(configuration: Configuration) -> list[Cell]:
     kinds = set(patches_there(DSGN, options)) & set(patches_there(WITHOUT_PYRAMID, options))
     patches = [patch for patch in PATCHES + JOINT_PATCHES if patch.partition("-")[0] in kinds]
     both = (DSGN, WITHOUT_PYRAMID)
-    drives = attacked_cells(configuration, (UNATTACKED, *patches), both)
-    return [*drives, *spread_cells(configuration, both)]
+    episodes = attacked_cells(configuration, (UNATTACKED, *patches), both)
+    return [*episodes, *spread_cells(configuration, both)]
 
 
 def _chapter_5_cells(configuration: Configuration) -> list[Cell]:
@@ -81,7 +81,7 @@ PLANNERS = Experiment(
     OPTIONS,
     section=SECTION,
 )
-UNATTACKED_DRIVES = Experiment(
+UNATTACKED_EPISODES = Experiment(
     "unattacked",
     "What do a detector's own errors cost without an attack?",
     "Tables 5.1 to 5.4, U",

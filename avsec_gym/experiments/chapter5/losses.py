@@ -153,9 +153,9 @@ def precision(outcomes: Outcomes, condition: Condition, min_iou: MinIou = STANDA
 def safety(outcomes: Outcomes, condition: Condition) -> Sampled:
     """Safe driving rate over all intentions, percent, in the same samples as `precision`."""
     samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
-    safe, drives = safe_by_scenario(outcomes.records(condition), outcomes.scenarios).T
+    safe, episodes = safe_by_scenario(outcomes.records(condition), outcomes.scenarios).T
     return Sampled(
-        100 * float(safe.sum() / drives.sum()), 100 * (samples @ safe) / (samples @ drives)
+        100 * float(safe.sum() / episodes.sum()), 100 * (samples @ safe) / (samples @ episodes)
     )
 
 

@@ -22,7 +22,7 @@ from avsec_gym.experiments.chapter5.settings import (
     setting,
     specific,
 )
-from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
+from avsec_gym.experiments.chapter5.true_episodes import GROUND_TRUTH
 from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.average_precision import (
     STANDARD_IOU,
@@ -102,8 +102,10 @@ class Outcomes:
     @cached_property
     def conditions(self) -> tuple[Condition, ...]:
         """Every detector and attack that counts, detector by detector."""
-        most = max((len(there) for there in self._done.values()), default=0)
-        return tuple(one for one, there in self._done.items() if len(there) >= _ENOUGH * most)
+        most = max((len(done) for done in self._done.values()), default=0)
+        return tuple(
+            condition for condition, done in self._done.items() if len(done) >= _ENOUGH * most
+        )
 
     @property
     def strongest(self) -> tuple[Condition, ...]:
@@ -119,7 +121,11 @@ class Outcomes:
     @cached_property
     def left_out(self) -> dict[Condition, int]:
         """Conditions with too few scenarios to be compared, and how many they have."""
-        return {one: len(there) for one, there in self._done.items() if one not in self.conditions}
+        return {
+            condition: len(done)
+            for condition, done in self._done.items()
+            if condition not in self.conditions
+        }
 
     @cached_property
     def scenarios(self) -> tuple[str, ...]:
@@ -209,8 +215,8 @@ class Outcomes:
     def _done(self) -> dict[Condition, set[str]]:
         """The scenarios of every condition that has episodes."""
         return {
-            one: {record.scenario for record in records}
-            for one, records in self._all_records.items()
+            condition: {record.scenario for record in records}
+            for condition, records in self._all_records.items()
             if records
         }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from avsec_gym.experiments.chapter5.settings import (
     setting,
     specific,
 )
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.intervals import wilson_interval
@@ -28,7 +29,8 @@ class PatchEffectRow:
 
     Args:
         condition: The detector under the patch.
-        drives: Number of episodes that are safe unattacked; no others count.
+        episodes: Number of episodes that are safe unattacked; no others count.  ``drives`` in
+            files, whose format it is.
         seen: Share of those whose ghost is seen.
         unsafe_seen: Share of those with a ghost seen that become unsafe.
         unsafe_unseen: Share of the others that become unsafe: what else a patch does, such as
@@ -36,7 +38,7 @@ class PatchEffectRow:
     """
 
     condition: Condition
-    drives: int
+    episodes: int = field(metadata=keyed("drives"))
     seen: Estimate
     unsafe_seen: Estimate
     unsafe_unseen: Estimate

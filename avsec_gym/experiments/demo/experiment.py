@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.attacked_episodes import attacked_cells, attacked_inputs
 from avsec_gym.experiments.chapter5.scenes import OPTIONS
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter5.settings import (
     Options,
 )
 from avsec_gym.experiments.chapter5.trained import patches_there
-from avsec_gym.experiments.chapter5.true_drives import true_cells
+from avsec_gym.experiments.chapter5.true_episodes import true_cells
 from avsec_gym.experiments.procedural_frames import CONTESTED
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.drawing.drive_drawing import draw_drive_from_above
+from avsec_gym.drawing.episode_drawing import draw_episode_from_above
 from avsec_gym.drawing.page_templates import page_templates
 from avsec_gym.drawing.turnable_scene.page_part import turnable_part
 from avsec_gym.drawing.turnable_scene.scene_data import DrivenBelief, turnable_scene
@@ -20,7 +20,7 @@ TITLE = "What does a car do that sees nothing?"
 
 
 def first_look(seed: int) -> Section:
-    """The first contested scene of the demo with a seed, as two drives.
+    """The first contested scene of the demo with a seed, as two episodes.
 
     Args:
         seed: The demo's seed.
@@ -40,7 +40,9 @@ def first_look(seed: int) -> Section:
         .get_template("first_look.html.j2")
         .render(
             way=str(way),
-            drives=[(belief, Markup(draw_drive_from_above(belief.episode))) for belief in driven],
+            episodes=[
+                (belief, Markup(draw_episode_from_above(belief.episode))) for belief in driven
+            ],
             turned=turnable_part(turned),
         )
     )

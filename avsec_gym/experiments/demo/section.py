@@ -1,4 +1,4 @@
-"""The demo's page: what was seen and done, drive by drive; rates and precision further down."""
+"""The demo's page: what was seen and done, episode by episode; rates and precision further down."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     strips, problems = strips_of(
         run, outcomes, request, lambda found, count, least: hits(found, ways, count, least)
     )
-    seen, all_drives = _story_table(story), _rate_table(rates)
+    seen, all_episodes = _story_table(story), _rate_table(rates)
     sections = [
         Section(
             "story",
@@ -50,7 +50,7 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
             context=_CONTEXT if strips else "",
             text_tables=[seen],
         ),
-        Section("rates", "All drives, and precision", parts=[all_drives], link="Rates"),
+        Section("rates", "All episodes, and precision", parts=[all_episodes], link="Rates"),
     ]
     style, script = style_and_script()
     return Findings(
@@ -68,7 +68,7 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
 
 _IN_PART = "All figures are of the scenes that every attack was done for."
 _CONTEXT = (
-    "Shown is, for each detector and attack, the first of these drives that becomes unsafe; after"
+    "Shown is, for each detector and attack, the first of these episodes that becomes unsafe; after"
     " them, others, chosen as in reports of chapter 5. Above: what the camera saw, with the boxes"
     " that the car believed in; below: what it did."
 )
@@ -82,7 +82,7 @@ def _story_table(rows: Sequence[StoryRow]) -> Table:
             name(row.name),
             TableCell(f"{row.found} of {row.cars}", key=float(row.found)),
             TableCell(
-                f"{row.safe} of {row.drives}",
+                f"{row.safe} of {row.episodes}",
                 key=float(row.safe),
                 tone="bad" if row.safe < unattacked.get(row.detector, 0) else "",
             ),
@@ -90,10 +90,10 @@ def _story_table(rows: Sequence[StoryRow]) -> Table:
         for row in rows
     ]
     return Table(
-        "Cars found, and drives that stayed safe",
-        ["detector", "attack", "cars found", "safe drives"],
+        "Cars found, and episodes that stayed safe",
+        ["detector", "attack", "cars found", "safe episodes"],
         lines,
-        "Found: a box that is planned on overlaps the car by more than half, from above. Drives:"
+        "Found: a box that is planned on overlaps the car by more than half, from above. Episodes:"
         " those in which a car that sees nothing drives unsafely and one that sees all safely.",
         names=2,
     )
@@ -116,7 +116,7 @@ def _rate_table(rows: Sequence[DemoRow]) -> Table:
                 figure(row.precision_iou_low),
             ]
         )
-    drives = rows[0].rates.scenarios
+    episodes = rows[0].rates.scenarios
     counted = [row for row in rows if row.labels]
     ceiling = ""
     if counted:
@@ -125,7 +125,7 @@ def _rate_table(rows: Sequence[DemoRow]) -> Table:
             f" {counted[0].precision_ceiling:.1f}."
         )
     return Table(
-        f"{drives} drives left, straight and right",
+        f"{episodes} episodes left, straight and right",
         ["detector", "attack", "success, %", "collision, %", "safe driving, %", "AP at 0.7",
          "AP at 0.5"],
         lines,

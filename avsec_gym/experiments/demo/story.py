@@ -1,9 +1,9 @@
-"""What the demo has seen, in numbers and sentences: cars found, and drives that stayed safe."""
+"""What the demo has seen, in numbers and sentences: cars found, and episodes that stayed safe."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 
 from avsec_gym.evaluation.contested import is_contested
@@ -13,14 +13,15 @@ from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.section.telling_scenes import Telling, telling_scenes
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, UNATTACKED
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.kitti.detections import above
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 
 Way = tuple[str, Intention]
 """A scene and a driving intention in it."""
-HIT = "it is the first drive in which something is in the way that this attack makes unsafe"
-"""Why a drive is shown."""
+HIT = "it is the first episode in which something is in the way that this attack makes unsafe"
+"""Why an episode is shown."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class StoryRow:
         strength: The attack's strength.
         cars: Number of labelled cars in all scenes.
         found: How many of them are found, as where a plan is made: by boxes above the threshold.
-        drives: Number of contested drives.
+        episodes: Number of contested episodes; ``drives`` in files, whose format it is.
         safe: How many of these are safe.
     """
 
@@ -42,7 +43,7 @@ class StoryRow:
     strength: float
     cars: int
     found: int
-    drives: int
+    episodes: int = field(metadata=keyed("drives"))
     safe: int
 
     @property
@@ -52,7 +53,7 @@ class StoryRow:
 
 
 def contested_ways(scenes: FrameScenes) -> frozenset[Way]:
-    """The drives in which it matters what the car sees, see `is_contested`."""
+    """The episodes in which it matters what the car sees, see `is_contested`."""
     return frozenset(
         (scene.id, way)
         for scene in scenes.scenes.labelled
@@ -66,7 +67,7 @@ def story_rows(outcomes: Outcomes, ways: Collection[Way], threshold: float) -> l
 
     Args:
         outcomes: The outcomes of a run.
-        ways: The contested drives.
+        ways: The contested episodes.
         threshold: The least score of a detection that is planned on.
     """
     rows = []
@@ -76,7 +77,7 @@ def story_rows(outcomes: Outcomes, ways: Collection[Way], threshold: float) -> l
             found_cars(above(boxes, threshold), outcomes.labels[scenario])
             for scenario, boxes in zip(outcomes.scenarios, seen, strict=True)
         ]
-        drives = [
+        episodes = [
             record
             for record in outcomes.records(condition)
             if (record.scenario, record.intention) in ways
@@ -88,8 +89,8 @@ def story_rows(outcomes: Outcomes, ways: Collection[Way], threshold: float) -> l
                 condition.strength,
                 cars=sum(len(each) for each in found),
                 found=sum(int(each.sum()) for each in found),
-                drives=len(drives),
-                safe=sum(record.safe for record in drives),
+                episodes=len(episodes),
+                safe=sum(record.safe for record in episodes),
             )
         )
     return rows
@@ -101,38 +102,38 @@ def sentences(rows: Sequence[StoryRow]) -> Iterator[str]:
     Args:
         rows: The story.
     """
-    drives = max((row.drives for row in rows), default=0)
-    if not drives:
+    episodes = max((row.episodes for row in rows), default=0)
+    if not episodes:
         return
     yield (
-        f"In each of these {drives} drives something is in the way: a car that sees nothing drives"
-        " unsafely, one that sees all drives safely."
+        f"In each of these {episodes} episodes something is in the way: a car that sees nothing"
+        " drives unsafely, one that sees all drives safely."
     )
     for detector, group in groupby(rows, lambda row: row.detector):
         own = list(group)
         clean = [row for row in own if row.attack == UNATTACKED]
         for before in clean:
             attacked = "".join(
-                f"; under {row.name}: {row.found} cars, {row.safe} safe drives"
+                f"; under {row.name}: {row.found} cars, {row.safe} safe episodes"
                 for row in own
                 if row.attack != UNATTACKED
             )
             yield (
                 f"{detector_name(detector)} finds {before.found} of {before.cars} cars, and the car"
-                f" drives safely in {before.safe} of {drives}{attacked}."
+                f" drives safely in {before.safe} of {episodes}{attacked}."
             )
 
 
 def hits(outcomes: Outcomes, ways: Collection[Way], count: int, threshold: float) -> list[Telling]:
-    """The drives to show: for each detector the first that an attack makes unsafe, others after it.
+    """The episodes to show: for each detector the first made unsafe by an attack, then others.
 
     The perturbation's come first, then those of patches; where there are fewer than asked for,
     `telling_scenes` has the rest.  No scene is shown twice.
 
     Args:
         outcomes: The outcomes of a run.
-        ways: The contested drives.
-        count: The largest number of drives.
+        ways: The contested episodes.
+        count: The largest number of episodes.
         threshold: The least score of a detection that is planned on.
     """
     chosen: dict[str, Telling] = {}

@@ -1,4 +1,4 @@
-"""The validators of connected vehicles that have names, and what anybody else's is asked."""
+"""The validators of connected vehicles that have names, and what a plug-in's is asked."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3 import recordings
-from avsec_gym.experiments.chapter3.defence import defended_drives
+from avsec_gym.experiments.chapter3.defence import defended_episodes
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
@@ -57,7 +57,7 @@ def test_each_frame_is_of_its_own_drive(asked: dict[str, Any]) -> None:
 
 def test_a_defence_has_time(asked: dict[str, Any]) -> None:
     procedural_drives(24, 3, JUDGED)
-    procedural_drives(24, 3, JUDGED, defended_drives.DRIVE_FRAMES)
+    procedural_drives(24, 3, JUDGED, defended_episodes.DRIVE_FRAMES)
     short, long = asked.values()
     assert short.settings["drive_frames"] < long.settings["drive_frames"]
 

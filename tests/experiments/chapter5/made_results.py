@@ -1,4 +1,4 @@
-"""Results made by hand: what was seen and what became of drives, scenario by scenario.
+"""Results made by hand: what was seen and what became of episodes, scenario by scenario.
 
 A module of its own, not a test (see conftest.py).
 """
@@ -51,18 +51,18 @@ class MadeResults:
     """`Results` in memory."""
 
     def __init__(self) -> None:
-        self.drives: dict[tuple[str, float, str], list[SafetyRecord]] = {}
+        self.episodes: dict[tuple[str, float, str], list[SafetyRecord]] = {}
         self.seen: dict[tuple[str, float], dict[str, Boxes3D]] = {}
         self.numbers: list[dict[str, Any]] = []
 
     def settings(self) -> list[tuple[str, float]]:
-        return sorted({key[:2] for key in self.drives} | set(self.seen))
+        return sorted({key[:2] for key in self.episodes} | set(self.seen))
 
     def records(self, **where: Any) -> list[SafetyRecord]:
         way = where.get("intention")
         found = [
             record
-            for (name, strength, planner), records in self.drives.items()
+            for (name, strength, planner), records in self.episodes.items()
             if where.get("setting", name) == name
             and where.get("strength", strength) == strength
             and where.get("planner", planner) == planner
@@ -110,7 +110,7 @@ class MadeResults:
                 self.seen[name, condition.strength] = seen
         else:
             self.seen[key] = seen
-        self.drives[*key, "astar"] = [
+        self.episodes[*key, "astar"] = [
             record(scenario, way, outcome if scenario in hit else "safe", "unreachable")
             for scenario in scenarios
             for way in Intention

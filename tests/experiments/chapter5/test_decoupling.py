@@ -23,11 +23,11 @@ ATTACKS = tuple(
 NOISE = Condition("dsgn", "noise-1", 4.0)
 
 
-def taking(made: ModuleType, cars: list[int], drives: list[int], count: int = 40) -> Outcomes:
+def taking(made: ModuleType, cars: list[int], episodes: list[int], count: int = 40) -> Outcomes:
     """The n-th attack hides so many cars, and makes so many other scenarios unsafe."""
     results, names = made.MadeResults(), made.names(count)
     results.add(CLEAN, names)
-    for condition, hidden, unsafe in zip(ATTACKS, cars, drives, strict=False):
+    for condition, hidden, unsafe in zip(ATTACKS, cars, episodes, strict=False):
         results.add(condition, names, lost=names[:hidden], unsafe=names[count - unsafe :])
     # A control that would spoil every correlation, and must not count.
     results.add(NOISE, names, unsafe=names)

@@ -9,7 +9,7 @@ import pytest
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads, true_drives
+from avsec_gym.experiments.chapter5 import attacked_episodes, patch_spreads, true_episodes
 from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
 from avsec_gym.runs.experiment import Cell, Configuration, with_defaults
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -23,7 +23,7 @@ WITHOUT = "dsgn_without_pyramid"
 def two_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = tuple(Scene(name, Boxes3D.empty()) for name in ("000000", "000001"))
     frames = FrameScenes(SceneSet("two", scenes), {})
-    for module in (attacked_drives, patch_spreads, true_drives):
+    for module in (attacked_episodes, patch_spreads, true_episodes):
         monkeypatch.setattr(module, "scenes_of", lambda configuration: frames)
 
 
@@ -56,11 +56,11 @@ def test_dsgn_without_its_pyramid_needs_weights_and_takes_patches_that_both_have
         save_patch(tmp_path / f"{name}.safetensors", Patch.grey())
     options = {"patches": str(tmp_path), WITHOUT: "somewhere"}
     found = [cell.arguments for cell in cells("without_pyramid", **options)]
-    drives = {
+    episodes = {
         (arguments["detector"], arguments["attack"]) for arguments in found if "attack" in arguments
     }
     attacks = ("unattacked", "joint-random", "joint-specific")
-    assert drives == {(name, attack) for name in ("dsgn", WITHOUT) for attack in attacks}
+    assert episodes == {(name, attack) for name in ("dsgn", WITHOUT) for attack in attacks}
     assert {arguments["detector"] for arguments in found if "images" in arguments} == {
         "dsgn",
         WITHOUT,

@@ -1,4 +1,4 @@
-"""Flips are drives that were safe and are not, each with its reason."""
+"""Flips are episodes that were safe and are not, each with its reason."""
 
 from __future__ import annotations
 

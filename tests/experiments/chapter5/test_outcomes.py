@@ -43,7 +43,9 @@ def test_only_common_scenarios_count_and_hardly_begun_conditions_do_not(made: Mo
 
 def test_a_run_on_the_ground_truth_alone_has_scenarios_too(made: ModuleType) -> None:
     results, names = made.MadeResults(), made.names(4)
-    results.drives["ground_truth", 0.0, "gbfs"] = [made.record(name, "left") for name in names[:3]]
+    results.episodes["ground_truth", 0.0, "gbfs"] = [
+        made.record(name, "left") for name in names[:3]
+    ]
     found = made.outcomes(results, names)
     assert found.conditions == ()
     assert found.scenarios == tuple(names[:3])

@@ -1,4 +1,4 @@
-"""What a ghost does is told of drives whose ghost is seen, not of all."""
+"""What a ghost does is told of episodes whose ghost is seen, not of all."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_a_random_patch_counts_for_all_intentions_but_not_where_it_was_unsafe_an
     seen = dict(zip(NAMES, [1.0, 1.0, 1.0, 1.0, 0.0, 1.0], strict=True))
     results.measure(RANDOM, "ghost_seen", {**seen, NAMES[3]: 0.0})
     (row,) = patch_effect_rows(made.outcomes(results, NAMES))
-    assert row.drives == 15
+    assert row.episodes == 15
     assert row.seen.value == pytest.approx(3 / 5)
     assert row.unsafe_seen.value == pytest.approx(1 / 3)
     assert row.unsafe_unseen.value == pytest.approx(1 / 2)
@@ -38,7 +38,7 @@ def test_drives_of_one_scenario_are_no_independent_cases(made: ModuleType) -> No
     results.measure(RANDOM, "ghost_seen", {name: float(name < names[20]) for name in names})
     (row,) = patch_effect_rows(made.outcomes(results, names))
     low, high = row.seen.interval
-    # Of 40 looks, not of 120 drives, whose interval would be 0.18 wide.
+    # Of 40 looks, not of 120 episodes, whose interval would be 0.18 wide.
     assert high - low == pytest.approx(2 * 1.96 * (0.25 / 40) ** 0.5, rel=0.1)
     assert row.unsafe_seen.interval == list(wilson_interval(0, 20))
 
@@ -51,7 +51,7 @@ def test_a_specific_patch_counts_for_its_own_intention(made: ModuleType) -> None
         filed = Condition("dsgn", f"patch-specific-{way}")
         results.measure(filed, "ghost_seen", dict.fromkeys(NAMES, seen))
     (row,) = patch_effect_rows(made.outcomes(results, NAMES))
-    assert (row.drives, row.seen.value, row.unsafe_seen.value) == (12, 0.5, 0.0)
+    assert (row.episodes, row.seen.value, row.unsafe_seen.value) == (12, 0.5, 0.0)
 
 
 def test_without_drives_unattacked_there_is_no_row(made: ModuleType) -> None:

@@ -29,16 +29,16 @@ def found(made: ModuleType):  # type: ignore[no-untyped-def]
     results.add(PGD, NAMES, lost=NAMES, unsafe=NAMES[:2])
     results.add(RANDOM, NAMES)
     results.add(AIMED, NAMES, unsafe=NAMES[:3], outcome="unplanned")
-    # The patch stands left, straight, right, left, ...; drives fail where they go there.
+    # The patch stands left, straight, right, left, ...; episodes fail where they go there.
     aims = {name: number % 3 for number, name in enumerate(NAMES)}
     results.measure(RANDOM, "attack_intention", aims)
-    results.drives[RANDOM.setting, 0.0, "astar"] = [
+    results.episodes[RANDOM.setting, 0.0, "astar"] = [
         made.record(name, way, "unplanned" if list(Intention)[aim] == way else "safe", "limit")
         for name, aim in aims.items()
         for way in Intention
     ]
     for planner in ("astar", "gbfs"):
-        results.drives["ground_truth", 0.0, planner] = [
+        results.episodes["ground_truth", 0.0, planner] = [
             made.record(name, way) for name in [*NAMES, "000099"] for way in Intention
         ]
     return made.outcomes(results, NAMES)

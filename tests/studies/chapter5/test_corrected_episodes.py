@@ -55,8 +55,8 @@ def safe_by_kind(made: ModuleType, truth: Boxes3D, seen: Boxes3D) -> dict[str, f
 
 def driven(truth: Boxes3D, believed: Boxes3D) -> float:
     scene = Scene(NAMES[0], truth, "street")
-    drives = [run_episode(scene, way, believed, motion=Motion.STATIC).record for way in Intention]
-    return sum(record.safe for record in drives) / len(drives)
+    episodes = [run_episode(scene, way, believed, motion=Motion.STATIC).record for way in Intention]
+    return sum(record.safe for record in episodes) / len(episodes)
 
 
 def test_a_ghost_costs_safety_until_it_is_dropped(made: ModuleType) -> None:
@@ -94,15 +94,15 @@ def test_cars_without_a_detector(made: ModuleType) -> None:
     assert safe[TRUTH] == driven(car, car)
     assert safe[NOTHING] == driven(car, made.boxes())
     for placement in PLACEMENTS:
-        patch, drives = PatchAttack("grey", placement), []
+        patch, episodes = PatchAttack("grey", placement), []
         for scene in scenes.scenes.labelled:
             for number, way in enumerate(Intention):
                 frame, aimed = scenes.frame(scene), Victim(None, car, way)
                 own = (5, scene.number) if placement == "random" else (5, scene.number, number)
                 ghost = ghost_box(patch.placed(frame, aimed, own), frame.calibration)
                 believed = Boxes3D.concatenate([car, ghost])
-                drives.append(run_episode(scene, way, believed, motion=Motion.STATIC).record.safe)
-        assert safe[placement] == np.mean(drives)
+                episodes.append(run_episode(scene, way, believed, motion=Motion.STATIC).record.safe)
+        assert safe[placement] == np.mean(episodes)
     assert progress == [(1, 2), (2, 2)]
 
 

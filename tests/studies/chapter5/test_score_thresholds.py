@@ -1,4 +1,4 @@
-"""Planning anew at the run's own threshold gives the run's own drives."""
+"""Planning anew at the run's own threshold gives the run's own episodes."""
 
 from __future__ import annotations
 

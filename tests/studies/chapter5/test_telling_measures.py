@@ -64,7 +64,7 @@ def measured(made: ModuleType, drift: float = 0.0) -> tuple[Outcomes, CaseMeasur
 
 
 def lost_cars(made: ModuleType, drift: float = 0.0) -> Outcomes:
-    """A car in reach and one beyond; drives are unsafe where the near one is lost."""
+    """A car in reach and one beyond; episodes are unsafe where the near one is lost."""
     near, far = made.car(z=12.0, score=0.9), made.car(z=35.0, score=0.9)
     seen_near = made.car(x=drift, z=12.0, score=0.9)
     results = made.MadeResults()
@@ -122,7 +122,7 @@ def test_a_box_beside_its_car_counts_as_found_but_not_as_precise(made: ModuleTyp
 def test_drives_that_turn_are_told_by_what_is_lost_in_reach(made: ModuleType) -> None:
     rows = in_drives(*measured(made))
     reach, every = rows[REACH_FOUND], rows[CARS_FOUND]
-    assert (reach.drives, reach.became_unsafe, reach.scenes) == (120, 3 * sum(NEAR_LOST), 4)
+    assert (reach.episodes, reach.became_unsafe, reach.scenes) == (120, 3 * sum(NEAR_LOST), 4)
     assert reach.area == 1
     # A hit loses one car; so do those that lose the far one, which ties, and no other.
     pairs = [

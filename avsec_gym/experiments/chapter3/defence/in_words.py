@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.drawing.page_table import number
-from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK
+from avsec_gym.experiments.chapter3.defence.defended_episodes import NO_ATTACK
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK, DefenceSummary
 from avsec_gym.experiments.chapter3.defence.tables import defended_detector
 from avsec_gym.metrics.clustered_shares import Share
@@ -13,7 +13,7 @@ _WORTH = {
     "avoided_of_attack": ("collide only because of an attack", "do not collide"),
     "regained": ("are unsafe only because of an attack", "are safe again"),
 }
-"""Shares: of which drives, and what becomes of them."""
+"""Shares: of which episodes, and what becomes of them."""
 
 
 def defence_sentences(summary: DefenceSummary) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a defence is worth: how many drives are safe, undefended and with each response."""
+"""What a defence is worth: how many episodes are safe, undefended and with each response."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from avsec_gym.drawing.page_figure import Figure, mark_key
 from avsec_gym.drawing.page_plots import Frame, Scale, drawing, marker, text
 from avsec_gym.drawing.page_table import number
-from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter3.defence.defended_episodes import NO_ATTACK, UNDEFENDED
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK, DefenceRow
 from avsec_gym.experiments.chapter3.defence.tables import attacked_sensors, defended_detector
 from avsec_gym.sensor_system import LIDAR
@@ -47,12 +47,12 @@ def figure_of_defence(worth: Sequence[DefenceRow]) -> Figure:
         worth: The rows of `avsec_gym.experiments.chapter3.defence.rates.defence_rows`.
     """
     return Figure(
-        "Drives that are safe, by the attacked sensor and the response to an alarm, %",
+        "Episodes that are safe, by the attacked sensor and the response to an alarm, %",
         draw_defence(worth),
         [mark_key(kind, words, shape) for shape, kind, words in MARKS.values()],
         "Safe: the goal is reached without a collision; a car that stops reaches none.",
         layout="maps",
-        label="Safe drives",
+        label="Safe episodes",
     )
 
 
@@ -76,5 +76,5 @@ def _draw(detector: str, rows: Sequence[DefenceRow]) -> str:
         x, rate = attacks.index(row.attack) + beside, row.rates.safe_driving_rate
         hint = f"{attacked_sensors(row.attack)} attacked, {words}: {number(rate, 100)} % safe"
         parts.append(marker(frame.at((x, 100 * rate)), shape, kind, hint))
-    label = f"{defended_detector(detector)}: safe drives in percent, by the attacked sensor"
+    label = f"{defended_detector(detector)}: safe episodes in percent, by the attacked sensor"
     return drawing(width, _HEIGHT, parts, label)

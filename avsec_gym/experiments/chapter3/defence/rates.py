@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from avsec_gym.emergency_stop import STOPPED
-from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter3.defence.defended_episodes import NO_ATTACK, UNDEFENDED
 from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.paired import PairedRates, paired_differences
@@ -27,11 +27,11 @@ class Worth:
     """What a defence changes, against the undefended car.
 
     Args:
-        avoided: Drives that do not collide any more, of those that did.
+        avoided: Episodes that do not collide any more, of those that did.
         avoided_of_attack: The same, of those that did not collide before the attack.
-        caused: Drives that collide now, of those that did not.
-        regained: Drives that are safe again, of those that the attack made unsafe.
-        given_up: Drives that reach no goal any more, of those that were safe.
+        caused: Episodes that collide now, of those that did not.
+        regained: Episodes that are safe again, of those that the attack made unsafe.
+        given_up: Episodes that reach no goal any more, of those that were safe.
         stopped: Frames that the car stops in, which are false stops without an attack.
         paired: Differences of the rates.
     """
@@ -47,13 +47,13 @@ class Worth:
 
 @dataclass(frozen=True)
 class DefenceRow:
-    """What becomes of drives with one response to alarms.
+    """What becomes of episodes with one response to alarms.
 
     Args:
         detector: The detector that is planned on.
         attack: The attacked sensors, `NO_ATTACK` or `ANY_ATTACK`.
         response: What the car does at an alarm, or `UNDEFENDED`.
-        rates: The rates of the drives, where a stop reaches no goal.
+        rates: The rates of the episodes, where a stop reaches no goal.
         worth: What the defence changes; None: the car is undefended.
     """
 
@@ -125,7 +125,7 @@ def defence_rows(results: Results) -> list[DefenceRow]:
     for detector in sorted({detector for detector, _ in found}):
         own = {attack: there for (of, attack), there in found.items() if of == detector}
         attacks = sorted(attack for attack in own if attack != NO_ATTACK)
-        clean = {_drive(record): record for record in own.get(NO_ATTACK, {}).get(UNDEFENDED, ())}
+        clean = {_key(record): record for record in own.get(NO_ATTACK, {}).get(UNDEFENDED, ())}
         cases = {attack: [attack] for attack in (NO_ATTACK, *attacks) if attack in own}
         for name, together in {**cases, ANY_ATTACK: attacks}.items():
             for response in (UNDEFENDED, *Response):
@@ -197,23 +197,23 @@ def _worth(
     """What a defence changes.
 
     Args:
-        pairs: Records of drives without a defence and with one.
-        clean: Records of the same drives without attack and defence.
+        pairs: Records of episodes without a defence and with one.
+        clean: Records of the same episodes without attack and defence.
     """
     were = [(now.scenario, was, now) for was, now in pairs]
     collided = [(id, now) for id, was, now in were if was.collision]
-    before = {drive: record.collision for drive, record in clean.items()}
-    safe = {drive: record.safe for drive, record in clean.items()}
+    before = {key: record.collision for key, record in clean.items()}
+    safe = {key: record.safe for key, record in clean.items()}
     # A frame is stopped in for every intention, or for none.
     frames = [(id, now) for id, _, now in were if now.intention == pairs[0][1].intention]
     return Worth(
         avoided=_share((id, not now.collision) for id, now in collided),
         avoided_of_attack=_share(
-            (id, not now.collision) for id, now in collided if before.get(_drive(now)) is False
+            (id, not now.collision) for id, now in collided if before.get(_key(now)) is False
         ),
         caused=_share((id, now.collision) for id, was, now in were if not was.collision),
         regained=_share(
-            (id, now.safe) for id, was, now in were if not was.safe and safe.get(_drive(now))
+            (id, now.safe) for id, was, now in were if not was.safe and safe.get(_key(now))
         ),
         given_up=_share((id, not now.planned) for id, was, now in were if was.safe),
         stopped=_share((id, now.reason == STOPPED) for id, now in frames),
@@ -221,5 +221,5 @@ def _worth(
     )
 
 
-def _drive(record: SafetyRecord) -> EpisodeKey:
+def _key(record: SafetyRecord) -> EpisodeKey:
     return record.scenario, record.intention

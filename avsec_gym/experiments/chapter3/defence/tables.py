@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name
 from avsec_gym.drawing.validation_picture import named
-from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK
+from avsec_gym.experiments.chapter3.defence.defended_episodes import NO_ATTACK
 from avsec_gym.experiments.chapter3.defence.oracles import LIDAR_ORACLE, STEREO_ORACLE
 from avsec_gym.experiments.chapter3.defence.rates import (
     ANY_ATTACK,
@@ -45,7 +45,7 @@ def _worth_table(rows: Sequence[DefenceRow]) -> Table:
         safe = figure(rates.safe_driving_rate, scale=100)
         lines.append([*map(name, words), *undefended[case], safe, *changes])
     return Table(
-        "What a defence is worth: collisions avoided and safety regained, against drives given up"
+        "What a defence is worth: collisions avoided and safety regained, against episodes given up"
         " and false stops, %",
         [
             *("detector", "attacked", "response"),

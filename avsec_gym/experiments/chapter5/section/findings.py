@@ -17,7 +17,7 @@ from avsec_gym.experiments.chapter5.section.sections import (
     style_and_script,
 )
 from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS, WITHOUT_PYRAMID
-from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
+from avsec_gym.experiments.chapter5.true_episodes import GROUND_TRUTH
 from avsec_gym.experiments.json_rows import as_json, row_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest

@@ -33,8 +33,8 @@ def strips_of(
         run: The run.
         outcomes: The run's outcomes, if it has any of chapter 5.
         request: The number of pictures that are asked for.
-        choose: Which drives are shown, of the outcomes, at most how many, and the least score of a
-            detection that is planned on; None: `telling_scenes`.
+        choose: Picks the shown episodes, of the outcomes, at most how many, and the least score of
+            a detection that is planned on; None: `telling_scenes`.
     """
     from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
 
@@ -44,14 +44,14 @@ def strips_of(
     telling = (choose or telling_scenes)(outcomes, request.pictures, options["score_threshold"])
     if not telling:
         return [], []
-    from avsec_gym.experiments.chapter5 import attacked_drives
+    from avsec_gym.experiments.chapter5 import attacked_episodes
     from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
 
     run.use_its_threads()
     try:
-        drives = attacked_drives.AttackedDrives(run.configuration)
+        episodes = attacked_episodes.AttackedEpisodes(run.configuration)
         with request.progress("repeating attacks") as shown:
-            return scene_strips(telling, outcomes, drives, shown), []
+            return scene_strips(telling, outcomes, episodes, shown), []
     except AvsecError as error:
         return [], [f"no pictures: {error}"]
 

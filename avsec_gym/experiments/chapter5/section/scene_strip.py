@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.drawing.drive_drawing import draw_drive_from_above
 from avsec_gym.drawing.embedded_image import embedded
+from avsec_gym.drawing.episode_drawing import draw_episode_from_above
 from avsec_gym.drawing.turnable_scene.page_part import turnable_part
 from avsec_gym.drawing.turnable_scene.scene_data import DrivenBelief, turnable_scene
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
@@ -39,7 +39,7 @@ _NEAR = 0.3
 
 
 class Repeats(Protocol):
-    """The part of `avsec_gym.experiments.chapter5.attacked_drives.AttackedDrives` needed here."""
+    """What is needed of `avsec_gym.experiments.chapter5.attacked_episodes.AttackedEpisodes`."""
 
     def again(
         self,
@@ -67,7 +67,7 @@ class EpisodeView:
         believed: Outlines of believed boxes.
         cars: Number of real cars that are found, and of all.
         ghosts: Number of believed boxes that stand for nothing.
-        drive: The episode from above, as SVG.
+        episode: The episode from above, as SVG.
         outcome: ``safe``, ``collision`` or ``unplanned``.
         explanation: The plan in a sentence.
         as_stored: Whether the episode has the outcome that the run stored.
@@ -80,7 +80,7 @@ class EpisodeView:
     believed: tuple[str, ...]
     cars: tuple[int, int]
     ghosts: int
-    drive: str
+    episode: str
     outcome: str
     explanation: str
     as_stored: bool
@@ -97,7 +97,7 @@ class SceneStrip:
         difference: The amplified difference of the first two images, as a data URI.
         factor: The factor of amplification.
         largest: Change of any channel of any pixel, grey levels.
-        turnable: The scene and its drives in space.
+        turnable: The scene and its episodes in space.
     """
 
     title: str
@@ -112,7 +112,7 @@ class SceneStrip:
 def scene_strips(
     telling: Sequence[Telling],
     outcomes: Outcomes,
-    drives: Repeats,
+    episodes: Repeats,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[SceneStrip]:
     """A strip for each episode.
@@ -120,7 +120,7 @@ def scene_strips(
     Args:
         telling: The episodes.
         outcomes: The outcomes of the run.
-        drives: The work that repeats them.
+        episodes: The work that repeats them.
         on_progress: Called with the number that is done, and of all.
 
     Raises:
@@ -128,7 +128,7 @@ def scene_strips(
     """
     strips = []
     for number, one in enumerate(telling, start=1):
-        strips.append(_strip(one, outcomes, drives))
+        strips.append(_strip(one, outcomes, episodes))
         on_progress(number, len(telling))
     return strips
 
@@ -151,9 +151,9 @@ def amplified(
     return np.clip(_GREY + factor * change, 0, 255).round().astype(np.uint8), factor, largest
 
 
-def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> SceneStrip:
+def _strip(telling: Telling, outcomes: Outcomes, episodes: Repeats) -> SceneStrip:
     runs = [
-        drives.again(
+        episodes.again(
             condition.detector,
             condition.attack,
             telling.scenario,
@@ -206,7 +206,7 @@ def _view(
         believed=_outlines(run.frame, believed),
         cars=(int(found.sum()), len(found)),
         ghosts=int(ghosts(believed, truth).sum()),
-        drive=draw_drive_from_above(run.episode),
+        episode=draw_episode_from_above(run.episode),
         outcome=record.outcome,
         explanation=run.episode.plan.explanation + (hit if record.collision else ""),
         as_stored=(record.outcome, record.expanded) == (stored.outcome, stored.expanded),

@@ -129,7 +129,7 @@ def sections_of(figures: ChapterFigures) -> list[Section]:
         ),
         Section(
             "flips",
-            "Which drives became unsafe",
+            "Which episodes became unsafe",
             parts=[flip_table(found.flips)],
             link="Flips",
             text_tables=(),

@@ -20,7 +20,7 @@ _POINTS = "In percentage points; in brackets: 95 % bootstrap intervals over scen
 
 
 def loss_table(rows: Sequence[AttackRow]) -> Table:
-    """What every attack takes, and which drives it turns."""
+    """What every attack takes, and which episodes it turns."""
     lines = [
         [
             *_names(row.condition),
@@ -28,14 +28,14 @@ def loss_table(rows: Sequence[AttackRow]) -> Table:
             estimate_cell(row.safety_lost),
             _count(row.paired.became_unsafe if row.paired else None),
             _count(row.paired.became_safe if row.paired else None),
-            _count(row.paired.drives if row.paired else None),
+            _count(row.paired.episodes if row.paired else None),
         ]
         for row in rows
     ]
     return Table(
         "What each attack takes",
         ["detector", "attack", "AP taken", "safe driving taken", "became unsafe", "became safe",
-         "drives"],
+         "episodes"],
         lines,
         "AP: cars in 3D, IoU 0.7, moderate, 11 recall points. Safe driving: the three intentions"
         f" together. {_POINTS}",
@@ -97,7 +97,7 @@ def patch_effect_table(rows: Sequence[PatchEffectRow]) -> Table:
     lines = [
         [
             *_names(row.condition),
-            _count(row.drives),
+            _count(row.episodes),
             *(
                 estimate_cell(share, scale=100)
                 for share in (row.seen, row.unsafe_seen, row.unsafe_unseen)
@@ -107,13 +107,13 @@ def patch_effect_table(rows: Sequence[PatchEffectRow]) -> Table:
     ]
     return Table(
         "Why: ghosts of patches, and what they do",
-        ["detector", "attack", "drives", "ghost seen, %", "unsafe if seen, %",
+        ["detector", "attack", "episodes", "ghost seen, %", "unsafe if seen, %",
          "unsafe if not seen, %"],
         lines,
-        "Of the drives that are safe unattacked. A ghost is seen where the planner gets a box that"
-        " meets it on the ground, as a real object there may: the grey disc shows how often. In"
-        " brackets: 95 % intervals by bootstrap over scenarios, whose drives belong together;"
-        " Wilson’s where no drive counts or all do.",
+        "Of the episodes that are safe unattacked. A ghost is seen where the planner gets a box"
+        " that meets it on the ground, as a real object there may: the grey disc shows how often."
+        " In brackets: 95 % intervals by bootstrap over scenarios, whose episodes belong together;"
+        " Wilson’s where no episode counts or all do.",
         names=2,
     )  # fmt: skip
 

@@ -204,7 +204,7 @@ def _placement_table(rows: Sequence[PlacementRow], attack: str) -> Table | None:
             name(words),
             *(
                 _rate_cell(
-                    row.rates, rate, _thesis(row.thesis, key), f"{row.rates.scenarios} drives"
+                    row.rates, rate, _thesis(row.thesis, key), f"{row.rates.scenarios} episodes"
                 )
                 for row in (found[column] for column in columns)
             ),

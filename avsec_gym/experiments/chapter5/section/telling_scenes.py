@@ -1,4 +1,4 @@
-"""Which drives of a run are worth a picture: chosen by rule, not by eye."""
+"""Which episodes of a run are worth a picture: chosen by rule, not by eye."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from avsec_gym.experiments.chapter5.settings import (
 from avsec_gym.kitti.detections import above
 from avsec_gym.scenario.intention import Intention
 
-COLLAPSE = "the strongest perturbation hides most cars, and yet all three drives stay safe"
-PATCHED = "a patch makes the drive unsafe while every car that was found is still found"
-OFTEN = "more attacks make this drive unsafe than any other"
+COLLAPSE = "the strongest perturbation hides most cars, and yet all three episodes stay safe"
+PATCHED = "a patch makes the episode unsafe while every car that was found is still found"
+OFTEN = "more attacks make this episode unsafe than any other"
 TEXTURED = "the strongest perturbation makes most ghosts beside the lanes"
 RULES = (
     "Chosen by rule, not by eye, for each detector in turn: the scene in which the strongest"
-    " perturbation hides most cars although all three drives stay safe; a drive that a patch makes"
-    " unsafe while every car is still found; the scene with most ghosts beside the lanes, once more"
-    " with the road’s texture beside the road; the drive that most attacks make unsafe. Of equal"
-    " ones the first is taken."
+    " perturbation hides most cars although all three episodes stay safe; an episode that a patch"
+    " makes unsafe while every car is still found; the scene with most ghosts beside the lanes,"
+    " once more with the road’s texture beside the road; the episode that most attacks make unsafe."
+    " Of equal ones the first is taken."
 )
 
 
 @dataclass(frozen=True)
 class Telling:
-    """A drive to be shown.
+    """An episode to be shown.
 
     Args:
         rule: Why it was chosen, such as `COLLAPSE`.
@@ -174,7 +174,7 @@ def _textured(seen: _Seen, detector: str) -> Iterator[Telling]:
 def _flips_of(
     seen: _Seen, detector: str, attacks: Sequence[str]
 ) -> dict[tuple[str, Intention], list[Flip]]:
-    """Of each drive, in the order of conditions; in float."""
+    """Of each episode, in the order of conditions; in float."""
     found: dict[tuple[str, Intention], list[Flip]] = {}
     for row in seen.flips():
         condition = row.condition

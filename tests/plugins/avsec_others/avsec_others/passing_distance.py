@@ -20,19 +20,19 @@ OPTIONS = {"planners": ["astar", "lane_change"], "distances": [8.0, 8.5, 9.0, 9.
 def cells(configuration: Configuration) -> list[Cell]:
     """A cell for each planner and distance, m."""
     planners, distances = (configuration.options[option] for option in OPTIONS)
-    return [Cell.of(f"{HERE}:drives", planner=p, distance=d) for p in planners for d in distances]
+    return [Cell.of(f"{HERE}:episodes", planner=p, distance=d) for p in planners for d in distances]
 
 
-def drives(configuration: Configuration) -> Callable[[str, float], CellResult]:
+def episodes(configuration: Configuration) -> Callable[[str, float], CellResult]:
     """What does the cells; it is made once in each process."""
 
-    def one_drive(planner: str, distance: float) -> CellResult:
+    def one_episode(planner: str, distance: float) -> CellResult:
         car = Boxes3D([[0, 1.65, distance]], [[1.5, 1.6, 4]], [-1.57], [1], ["Car"])
         problem = build_planning_scenario(car, intention=Intention.LEFT)
         passes = float(make("planner", planner).plan(problem).found)
         return CellResult(measurements=[Measurement(planner, "left", "passes", passes, distance)])
 
-    return one_drive
+    return one_episode
 
 
 def findings(run: RunFolder, request: ReportRequest) -> Findings:

@@ -1,4 +1,4 @@
-"""A drive from above as SVG: lanes, goal, the real, the believed, and the planned trajectory."""
+"""An episode from above as SVG: lanes, goal, the real, the believed, and the planned trajectory."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ _AHEAD, _ASIDE = (-7.0, 38.0), 11.0
 _PIXELS = 12.0
 """To the metre."""
 _HOLD = 1.5
-"""Seconds that the end of a drive is shown before it begins again."""
+"""Seconds that the end of an episode is shown before it begins again."""
 
 
-def draw_drive_from_above(drive: Episode, *, vehicle: Vehicle = BMW_320I) -> str:
+def draw_episode_from_above(episode: Episode, *, vehicle: Vehicle = BMW_320I) -> str:
     """The first 38 m, forward to the right; class names identify each shape.
 
     The car and what really moves do so, at the pace of the plan, up to a collision, again and
     again: the page has `pauseAnimations` to stop them.
 
     Args:
-        drive: The planned trajectory and its check.
+        episode: The planned trajectory and its check.
         vehicle: The vehicle that drives.
     """
     width, height = (_AHEAD[1] - _AHEAD[0]) * _PIXELS, 2 * _ASIDE * _PIXELS
-    parts = "".join(_parts(drive, vehicle))
-    label = f"The drive from above: {drive.record.outcome}"
+    parts = "".join(_parts(episode, vehicle))
+    label = f"The episode from above: {episode.record.outcome}"
     return (
         f'<svg viewBox="0 0 {width:g} {height:g}" class="drive" role="img" aria-label="{label}">'
         f'<rect width="{width:g}" height="{height:g}" class="ground"/>{parts}</svg>'
     )
 
 
-def _parts(drive: Episode, vehicle: Vehicle) -> Iterator[str]:
-    problem, plan = drive.problem, drive.plan
+def _parts(episode: Episode, vehicle: Vehicle) -> Iterator[str]:
+    problem, plan = episode.problem, episode.plan
     bounds = {side for lane in problem.road.lanelets for side in (lane.left, lane.right)}
     for bound in sorted(bounds):
         points = np.array(bound)
@@ -53,9 +53,9 @@ def _parts(drive: Episode, vehicle: Vehicle) -> Iterator[str]:
     last = problem.last_step
     if plan.trajectory is not None:
         last = plan.first_step + len(plan.trajectory) - 1
-    if plan.trajectory is not None and drive.record.collision:
-        last = plan.first_step + round(drive.record.collision_time / problem.dt)
-    yield from _obstacles(drive.truth, range(problem.start.step, last + 1), problem.dt)
+    if plan.trajectory is not None and episode.record.collision:
+        last = plan.first_step + round(episode.record.collision_time / problem.dt)
+    yield from _obstacles(episode.truth, range(problem.start.step, last + 1), problem.dt)
     for area in problem.obstacles.polygons(problem.start.step):
         if area is not None:
             yield from _area(area, "believed")
@@ -69,8 +69,8 @@ def _parts(drive: Episode, vehicle: Vehicle) -> Iterator[str]:
     if plan.trajectory is not None:
         way = [*footprints(plan.trajectory[: last + 1 - plan.first_step], vehicle)]
     yield _moving(way, problem.dt, "ego")
-    if drive.record.collision and plan.trajectory is not None:
-        x, y = _at(plan.trajectory[round(drive.record.collision_time / problem.dt), :2][None])[0]
+    if episode.record.collision and plan.trajectory is not None:
+        x, y = _at(plan.trajectory[round(episode.record.collision_time / problem.dt), :2][None])[0]
         yield (
             f'<path d="M{x - 9:.1f} {y - 9:.1f}l18 18m0 -18l-18 18" class="contact-edge"/>'
             f'<path d="M{x - 9:.1f} {y - 9:.1f}l18 18m0 -18l-18 18" class="contact"/>'

@@ -1,4 +1,4 @@
-"""A laser that has one shot at a scene: who shoots, and what follows; in processes.
+"""A laser that has one attempt at a scene: who aims, and what follows; in processes.
 
 What `train_quiet_laser.py` compares.
 """
@@ -24,11 +24,11 @@ from avsec_gym.console import progress
 
 LEARNERS = ("sac", "cma_es", "random_search")
 TRAINED = tuple(f"{how}_{who}" for who in LEARNERS for how in ("quiet", "loud"))
-"""Each has as many shots to learn from."""
+"""Each has as many attempts to learn from."""
 BY_HAND = {f"by_hand_{radius}": by_hand(radius) for radius in (22, 45, 90, 180)}
 """Without learning: full light on the car's middle."""
 DRAWN = ("random_shot", "thesis_facula")
-SHOOTERS = (*TRAINED, *BY_HAND, *DRAWN)
+ATTACKERS = (*TRAINED, *BY_HAND, *DRAWN)
 """Those who are trained take longest, and begin."""
 
 Aim = Callable[[np.ndarray], np.ndarray]
@@ -38,7 +38,7 @@ Situation = tuple[str, str]
 
 
 class Outcome(NamedTuple):
-    """The result of a shot."""
+    """The result of an attempt."""
 
     unsafe: bool
     alarm: bool
@@ -66,23 +66,23 @@ def contested(scenes: Any) -> dict[str, Any]:
     return {**(scenes if isinstance(scenes, dict) else {"source": scenes}), "contested": True}
 
 
-def seeds_of(shooter: str, seeds: range) -> range:
+def seeds_of(attacker: str, seeds: range) -> range:
     """What is aimed by hand needs but one."""
-    return seeds[:1] if shooter in BY_HAND else seeds
+    return seeds[:1] if attacker in BY_HAND else seeds
 
 
-def shots(
+def attempts(
     options: argparse.Namespace, situations: list[Situation], seeds: range
 ) -> dict[str, list[list[Outcome]]]:
-    """The results of a shot of every shooter, with every seed, in every situation."""
-    tasks = [(name, seed) for name in SHOOTERS for seed in seeds_of(name, seeds)]
+    """The results of an attempt of every attacker, with every seed, in every situation."""
+    tasks = [(name, seed) for name in ATTACKERS for seed in seeds_of(name, seeds)]
     total = len(tasks) * len(situations) + len(TRAINED) * len(seeds) * options.steps
     context = multiprocessing.get_context("spawn")
     fired = context.Value("i", 0)
     begin = (options, situations, fired)
     with (
         ProcessPoolExecutor(options.workers, context, _begin, begin) as pool,
-        progress("shots") as shown,
+        progress("attempts") as shown,
     ):
         jobs = {task: pool.submit(_outcomes, *task) for task in tasks}
         waiting = set(jobs.values())
@@ -96,7 +96,7 @@ def shots(
             pool.shutdown(cancel_futures=True)
             raise
     return {
-        name: [jobs[name, seed].result() for seed in seeds_of(name, seeds)] for name in SHOOTERS
+        name: [jobs[name, seed].result() for seed in seeds_of(name, seeds)] for name in ATTACKERS
     }
 
 
@@ -116,30 +116,30 @@ class _Range:
     def held_out(self) -> AimedLaser:
         return AimedLaser(laser(self.options, self.options.testing))
 
-    def outcomes(self, shooter: str, seed: int) -> list[Outcome]:
+    def outcomes(self, attacker: str, seed: int) -> list[Outcome]:
         generator = np.random.default_rng([seed, 1])  # Not the draws of the training.
-        if shooter in TRAINED:
-            aim = self._trained(shooter, seed)
-        elif shooter in BY_HAND:
-            aim = always(BY_HAND[shooter])
+        if attacker in TRAINED:
+            aim = self._trained(attacker, seed)
+        elif attacker in BY_HAND:
+            aim = always(BY_HAND[attacker])
         else:
             aim = anywhere(generator)
         found = []
         for scene, intention in self.situations:
             options = {"scenario": scene, "intention": intention}
-            if shooter == "thesis_facula":
+            if attacker == "thesis_facula":
                 found.append(self._thesis(options, generator))
             else:
                 seen, _ = self.held_out.reset(options=options)
                 *_, info = self.held_out.step(aim(seen))
-                shot = info["radius"], info["strength"]
-                found.append(Outcome(not info["safe"], info["alarm"], *shot))
+                spot = info["radius"], info["strength"]
+                found.append(Outcome(not info["safe"], info["alarm"], *spot))
             self.tell()
         return found
 
-    def _trained(self, shooter: str, seed: int) -> Aim:
-        """Where it aims, after its shots in the scenes for training."""
-        how, _, who = shooter.partition("_")
+    def _trained(self, attacker: str, seed: int) -> Aim:
+        """Where it aims, after its attempts in the scenes for training."""
+        how, _, who = attacker.partition("_")
         self.training.quiet = how == "quiet"
         counted = Watched(self.training, self.options.steps, lambda *_: self.tell())
         if who == "sac":
@@ -155,22 +155,22 @@ class _Range:
         facula = Facula(camera=int(generator.integers(2, 4)))
         tampered = facula.attack(situation.unattacked.frame, int(generator.integers(2**31)))
         look = game.query(situation, tampered.frame)
-        shot = tampered.settings["radius"], facula.strength
-        return Outcome(not look.drive.record.safe, look.report.alarm, *shot)
+        spot = tampered.settings["radius"], facula.strength
+        return Outcome(not look.episode.record.safe, look.report.alarm, *spot)
 
 
 def always(action: np.ndarray) -> Aim:
-    """The same shot at every car."""
+    """The same spot at every car."""
     return lambda seen: action
 
 
 def anywhere(generator: np.random.Generator) -> Aim:
-    """A shot of its own at every car."""
+    """A spot of its own at every car."""
     return lambda seen: generator.uniform(-1.0, 1.0, ACTIONS).astype(np.float32)
 
 
 def evolved(env: gym.Env, queries: int, seed: int) -> np.ndarray:
-    """The action that CMA-ES likes best after so many shots: the middle of where it looks."""
+    """The action that CMA-ES likes best after so many attempts: the middle of where it looks."""
     strategy, *_ = evolution(env, queries, seed)
     return np.asarray(strategy.result.xfavorite, np.float32)
 
@@ -185,5 +185,5 @@ def _begin(options: argparse.Namespace, situations: list[Situation], fired: Any)
     _RANGE = _Range(options, situations, tell)
 
 
-def _outcomes(shooter: str, seed: int) -> list[Outcome]:
-    return _RANGE.outcomes(shooter, seed)
+def _outcomes(attacker: str, seed: int) -> list[Outcome]:
+    return _RANGE.outcomes(attacker, seed)

@@ -41,7 +41,7 @@ OPTIONS: Options = {
 TRUTH, UNATTACKED, ATTACKED = "pipeline truth", "pipeline unattacked", "pipeline attacked"
 """The settings of episodes."""
 
-_WORK = "avsec_gym.experiments.pipeline_drives:PipelineDrives"
+_WORK = "avsec_gym.experiments.pipeline_episodes:PipelineEpisodes"
 
 
 def _cells(configuration: Configuration) -> list[Cell]:
@@ -61,7 +61,7 @@ def _cells(configuration: Configuration) -> list[Cell]:
     return [Cell.of(_WORK, scene.id, scenario=scene.id) for scene in scenes]
 
 
-class PipelineDrives:
+class PipelineEpisodes:
     """Attacks, perceives and plans; see `avsec_gym.runs.experiment.Work`.
 
     Args:
@@ -91,10 +91,10 @@ class PipelineDrives:
         """
         scene, pipeline = self._by_id[scenario], self._pipeline
         clean = self._scenes.frame(scene)
-        drives: list[EpisodeRow] = []
+        episodes: list[EpisodeRow] = []
         for way in Intention:
             truth = run_episode(scene, way, motion=Motion.TRUTH, planner=pipeline.planner)
-            drives.append(EpisodeRow(TRUTH, truth.record, planner=self._planner))
+            episodes.append(EpisodeRow(TRUTH, truth.record, planner=self._planner))
         looks = {UNATTACKED: clean}
         if pipeline.attack is not None:
             disparity = self._scenes.disparity(scene)
@@ -106,13 +106,13 @@ class PipelineDrives:
             detections.append(DetectionRow(setting, scenario, perception.detections))
             for way in Intention:
                 episode = pipeline.run_episode(scene, perception, way)
-                drives.append(EpisodeRow(setting, episode.record, planner=self._planner))
-        return CellResult(drives, detections)
+                episodes.append(EpisodeRow(setting, episode.record, planner=self._planner))
+        return CellResult(episodes, detections)
 
 
 PIPELINE = Experiment(
     "pipeline",
-    "What becomes of the drives with these parts, under this attack?",
+    "What becomes of the episodes with these parts, under this attack?",
     "",
     _cells,
     options=OPTIONS,

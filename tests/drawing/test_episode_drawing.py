@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.drawing.drive_drawing import draw_drive_from_above
+from avsec_gym.drawing.episode_drawing import draw_episode_from_above
 from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -35,7 +35,7 @@ def middles(drawing: str, kind: str) -> list[tuple[float, float]]:
 
 def test_objects_goal_and_car_are_where_they_are() -> None:
     scene = Scene("000000", cars((20.0, 5.0), (28.0, -3.0)))
-    drawing = draw_drive_from_above(run_episode(scene, Intention.LEFT, cars((9.0, -4.0))))
+    drawing = draw_episode_from_above(run_episode(scene, Intention.LEFT, cars((9.0, -4.0))))
     assert middles(drawing, "real") == [pytest.approx(p, abs=0.1) for p in ((20, 5), (28, -3))]
     assert middles(drawing, "believed") == [pytest.approx((9, -4), abs=0.1)]
     assert middles(drawing, "ego") == [pytest.approx((0, 0), abs=0.1)]
@@ -48,9 +48,9 @@ def test_a_contact_is_marked_and_no_plan_has_no_trajectory() -> None:
     scene = Scene("000000", cars((10.0, 0.0)))
     hit = run_episode(scene, Intention.STRAIGHT, cars((30.0, 9.0)))
     assert hit.record.collision
-    assert 'class="contact"' in draw_drive_from_above(hit)
+    assert 'class="contact"' in draw_episode_from_above(hit)
     blocked = run_episode(scene, Intention.STRAIGHT, cars((0.0, 0.0)))
-    assert 'class="trajectory"' not in draw_drive_from_above(blocked)
+    assert 'class="trajectory"' not in draw_episode_from_above(blocked)
 
 
 def film(drawing: str, kind: str) -> list[np.ndarray]:
@@ -66,17 +66,17 @@ def film(drawing: str, kind: str) -> list[np.ndarray]:
 
 def test_the_car_goes_its_way_at_its_pace() -> None:
     elsewhere = cars((30.0, 9.0))
-    drives = [
+    episodes = [
         run_episode(Scene("000000", real), Intention.STRAIGHT, elsewhere)
         for real in (elsewhere, cars((10.0, 0.0)))
     ]
-    assert [drive.record.outcome for drive in drives] == ["safe", "collision"]
-    for drive in drives:
-        way, times = film(draw_drive_from_above(drive), "ego")
-        assert drive.plan.trajectory is not None
-        driven = drive.plan.trajectory[:, :2]
-        if drive.record.collision:
-            driven = driven[: round(drive.record.collision_time / 0.1) + 1]
+    assert [episode.record.outcome for episode in episodes] == ["safe", "collision"]
+    for episode in episodes:
+        way, times = film(draw_episode_from_above(episode), "ego")
+        assert episode.plan.trajectory is not None
+        driven = episode.plan.trajectory[:, :2]
+        if episode.record.collision:
+            driven = driven[: round(episode.record.collision_time / 0.1) + 1]
         # It rests at the end for a while.
         np.testing.assert_allclose(way, [*driven, driven[-1]], atol=0.1)
         assert times[-2] / times[1] == pytest.approx(len(driven) - 1, rel=0.01)
@@ -85,9 +85,9 @@ def test_the_car_goes_its_way_at_its_pace() -> None:
 
 def test_what_moves_is_where_it_is_at_each_time() -> None:
     boxes = replace(cars((14.0, 4.0), (20.0, -5.0)), moving=np.array([True, False]))
-    drive = run_episode(Scene("000000", boxes), Intention.STRAIGHT, None, motion=Motion.TRUTH)
-    way, _ = film(draw_drive_from_above(drive), "real")
+    episode = run_episode(Scene("000000", boxes), Intention.STRAIGHT, None, motion=Motion.TRUTH)
+    way, _ = film(draw_episode_from_above(episode), "real")
     for step, middle in enumerate(way[:-1]):
-        place = drive.truth.polygons(step)[0].centroid
+        place = episode.truth.polygons(step)[0].centroid
         assert middle == pytest.approx((place.x, place.y), abs=0.1)
     assert np.ptp(way[:, 0]) > 1

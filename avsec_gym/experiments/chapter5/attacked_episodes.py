@@ -53,7 +53,7 @@ from avsec_gym.runs.experiment import (
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
-_WORK = "avsec_gym.experiments.chapter5.attacked_drives:AttackedDrives"
+_WORK = "avsec_gym.experiments.chapter5.attacked_episodes:AttackedEpisodes"
 
 
 def attacked_cells(
@@ -106,7 +106,7 @@ class _Look:
 class _Result:
     """The results so far."""
 
-    drives: list[EpisodeRow] = field(default_factory=list)
+    episodes: list[EpisodeRow] = field(default_factory=list)
     detections: list[DetectionRow] = field(default_factory=list)
     measurements: list[Measurement] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
@@ -118,7 +118,7 @@ class _Result:
         self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start
 
 
-class AttackedDrives:
+class AttackedEpisodes:
     """Attacks, perceives and plans; see `avsec_gym.runs.experiment.Work`.
 
     Args:
@@ -153,7 +153,7 @@ class AttackedDrives:
                 look = next(looks, None)
             if look is None:
                 return CellResult(
-                    result.drives, result.detections, result.measurements, result.seconds
+                    result.episodes, result.detections, result.measurements, result.seconds
                 )
             if look.whole_levels and not sheet:
                 continue
@@ -278,7 +278,7 @@ def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Box
     with result.timed("planner"):
         for intention in look.intentions:
             record = pipeline.run_episode(scene, perception, intention).record
-            result.drives.append(EpisodeRow(under, record, look.strength))
+            result.episodes.append(EpisodeRow(under, record, look.strength))
     return perception.believed
 
 

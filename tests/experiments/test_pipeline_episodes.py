@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments import pipeline_drives
-from avsec_gym.experiments.pipeline_drives import PIPELINE
+from avsec_gym.experiments import pipeline_episodes
+from avsec_gym.experiments.pipeline_episodes import PIPELINE
 from avsec_gym.runs.experiment import Configuration, with_defaults
 
 
@@ -34,7 +34,7 @@ def test_a_slip_is_reported_before_scenes_are_made(
     def made(_: Configuration) -> None:
         raise AssertionError("scenes are made before the parts are looked at")
 
-    monkeypatch.setattr(pipeline_drives, "scenes_of", made)
+    monkeypatch.setattr(pipeline_episodes, "scenes_of", made)
     configuration = with_defaults(Configuration(options=options), [PIPELINE])
     with pytest.raises(ConfigurationError, match=complaint):
         PIPELINE.cells(configuration)

@@ -1,4 +1,4 @@
-"""What is a validator before the detector worth?  Drives with and without attack and defence.
+"""What is a validator before the detector worth?  Episodes with and without attack and defence.
 
 Every frame of the judged drives is one situation.  An attack begins with a drive's first frame and
 stays as it is: the same spot of light, the same bogus return.
@@ -69,7 +69,7 @@ DRIVE_FRAMES = 4
 """Of procedural drives: what the first frame hides of an attack the next ones may show.  Frames of
 one drive are little more evidence than one frame, and take as long to render as new roads."""
 
-_WORK = f"{__name__}:DefendedDrives"
+_WORK = f"{__name__}:DefendedEpisodes"
 
 
 def defence_cells(configuration: Configuration) -> list[Cell]:
@@ -103,7 +103,7 @@ def _judged(configuration: Configuration) -> Recordings:
     return recordings_of(configuration, JUDGED, DRIVE_FRAMES)
 
 
-class DefendedDrives:
+class DefendedEpisodes:
     """Attacks a frame, asks the validator, and drives: undefended, and with each response.
 
     Args:
@@ -123,7 +123,7 @@ class DefendedDrives:
         }
 
     def __call__(self, attack: str, number: int) -> CellResult:
-        """Drives of every detector, response and intention; the alarm, and the named sensors.
+        """Episodes of every detector, response and intention; the alarm, and the named sensors.
 
         A sensor is ``named`` by 1, or 0; NaN: its status is open.
 
@@ -148,19 +148,21 @@ class DefendedDrives:
                 else float(status == SensorStatus.ATTACKED)
             )
             measurements.append(Measurement(attack, recorded.id, f"named {sensor}", named))
-        drives: list[EpisodeRow] = []
+        episodes: list[EpisodeRow] = []
         for detector in self._detectors(clean, scene, tampered):
             undefended = self._pipeline(detector)
             seen = undefended.perceive(tampered.frame)
-            drives += _driven(undefended, scene, seen, f"{detector.name} {attack} {UNDEFENDED}")
+            episodes += _driven(undefended, scene, seen, f"{detector.name} {attack} {UNDEFENDED}")
             for response in Response:
                 pipeline = self._pipeline(detector, response)
                 # Without alarm, the defended car believes what the other one does.
                 believed = (
                     pipeline.perceive(tampered.frame, validation) if validation.alarm else seen
                 )
-                drives += _driven(pipeline, scene, believed, f"{detector.name} {attack} {response}")
-        return CellResult(drives, measurements=measurements, seconds=seconds)
+                episodes += _driven(
+                    pipeline, scene, believed, f"{detector.name} {attack} {response}"
+                )
+        return CellResult(episodes, measurements=measurements, seconds=seconds)
 
     def _tampered(self, attack: str, clean: SensorFrame, id: str) -> TamperedFrame:
         if attack == NO_ATTACK:

@@ -1,4 +1,4 @@
-"""Drives on the ground truth, by both searches: what no detector can be blamed for."""
+"""Episodes on the ground truth, by both searches: what no detector can be blamed for."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from avsec_gym.runs.experiment import Cell, CellResult, Configuration, EpisodeRo
 from avsec_gym.scenario.intention import Intention
 
 GROUND_TRUTH = "ground_truth"
-"""What the drives are filed under."""
+"""What the episodes are filed under."""
 
-_WORK = "avsec_gym.experiments.chapter5.true_drives:TrueDrives"
+_WORK = "avsec_gym.experiments.chapter5.true_episodes:TrueEpisodes"
 
 
 def true_cells(configuration: Configuration) -> list[Cell]:
@@ -28,7 +28,7 @@ def true_inputs(configuration: Configuration) -> dict[str, Path]:
     return {}
 
 
-class TrueDrives:
+class TrueEpisodes:
     """The planner knows everything; see `avsec_gym.runs.experiment.Work`.
 
     Args:
@@ -55,4 +55,4 @@ class TrueDrives:
             for name, planner in self._planners.items()
             for intention in Intention
         ]
-        return CellResult(drives=rows, seconds={"planner": time.perf_counter() - start})
+        return CellResult(episodes=rows, seconds={"planner": time.perf_counter() - start})

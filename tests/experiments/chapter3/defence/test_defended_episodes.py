@@ -13,8 +13,8 @@ import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.chapter3.defence.defended_drives import (
-    DefendedDrives,
+from avsec_gym.experiments.chapter3.defence.defended_episodes import (
+    DefendedEpisodes,
     attacks_on,
     defence_cells,
     defence_inputs,
@@ -64,10 +64,10 @@ def test_cells_and_inputs(configuration: Configuration) -> None:
 def test_without_alarm_all_drive_alike_and_with_one_each_responds(
     configuration: Configuration,
 ) -> None:
-    work = DefendedDrives(configuration)
+    work = DefendedEpisodes(configuration)
     clean = work("none", 0)
     by_setting: dict[str, list[SafetyRecord]] = {}
-    for row in clean.drives:
+    for row in clean.episodes:
         by_setting.setdefault(row.setting, []).append(row.record)
     responses = ("undefended", "stop", "drop", "repair")
     assert list(by_setting) == [
@@ -79,18 +79,18 @@ def test_without_alarm_all_drive_alike_and_with_one_each_responds(
     }  # fmt: skip
     blinded = work("2", 1)
     assert {row.value for row in blinded.measurements if row.name in ("alarm", "named 2")} == {1.0}
-    reasons = {row.setting: row.record.reason for row in blinded.drives}
+    reasons = {row.setting: row.record.reason for row in blinded.episodes}
     assert reasons["oracle 2 stop"] == reasons["lidar_oracle 2 stop"] == "stopped"
     assert "stopped" not in {reasons["oracle 2 drop"], reasons["oracle 2 repair"]}
-    again = DefendedDrives(configuration)("2", 1)
-    assert [r.record.to_json() for r in again.drives] == [
-        r.record.to_json() for r in blinded.drives
+    again = DefendedEpisodes(configuration)("2", 1)
+    assert [r.record.to_json() for r in again.episodes] == [
+        r.record.to_json() for r in blinded.episodes
     ]
     assert list(again.measurements) == list(blinded.measurements)
 
 
 def test_an_attack_stays_as_it_is_over_a_drive(configuration: Configuration) -> None:
-    work = DefendedDrives(configuration)
+    work = DefendedEpisodes(configuration)
     frames = work._recordings.frames
     settings = [work._tampered("3", labelled.frame(), labelled.id).settings for labelled in frames]
     assert settings[0] == settings[1] != settings[2] == settings[3]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5.attacked_drives import (
-    AttackedDrives,
+from avsec_gym.experiments.chapter5.attacked_episodes import (
+    AttackedEpisodes,
     attacked_cells,
     attacked_inputs,
 )
@@ -59,33 +59,33 @@ def test_cells_and_inputs_name_what_results_depend_on(configuration: Configurati
 def test_a_grey_disc_is_seen_by_all_intentions_or_by_each_its_own(
     configuration: Configuration,
 ) -> None:
-    work = AttackedDrives(configuration)
+    work = AttackedEpisodes(configuration)
     by_chance = work("stereo_rcnn", "grey-random", ID)
     assert [row.setting for row in by_chance.detections] == ["stereo_rcnn grey-random"]
-    assert {row.record.intention for row in by_chance.drives} == set(Intention)
+    assert {row.record.intention for row in by_chance.episodes} == set(Intention)
     aimed = work("stereo_rcnn", "grey-specific", ID)
     assert [row.setting for row in aimed.detections] == [
         f"stereo_rcnn grey-specific-{intention}" for intention in Intention
     ]
     aims = {row.setting: row.value for row in aimed.measurements if row.name == "attack_intention"}
     assert list(aims.values()) == [0, 1, 2]
-    again = AttackedDrives(configuration)("stereo_rcnn", "grey-specific", ID)
-    assert [row.record.to_json() for row in again.drives] == [
-        row.record.to_json() for row in aimed.drives
+    again = AttackedEpisodes(configuration)("stereo_rcnn", "grey-specific", ID)
+    assert [row.record.to_json() for row in again.episodes] == [
+        row.record.to_json() for row in aimed.episodes
     ]
     assert [row.value for row in again.measurements] == [row.value for row in aimed.measurements]
 
 
 @pytest.mark.slow
 def test_every_step_of_a_perturbation_within_its_budget(configuration: Configuration) -> None:
-    result = AttackedDrives(configuration)("stereo_rcnn", "thesis_pgd-0.4", ID)
+    result = AttackedEpisodes(configuration)("stereo_rcnn", "thesis_pgd-0.4", ID)
     filed = [(row.setting, row.strength) for row in result.detections]
     assert filed == [
         (f"stereo_rcnn thesis_pgd-0.4{rounded}", n)
         for n in (1, 2, 3, 4)
         for rounded in ("", " 8-bit")
     ]
-    assert len(result.drives) == 3 * len(filed)
+    assert len(result.episodes) == 3 * len(filed)
     (change,) = [row.value for row in result.measurements if row.name == "change"]
     assert change == pytest.approx(4 * 0.4, abs=1e-4)
 
@@ -95,7 +95,7 @@ def test_without_the_sanity_sheet_there_are_neither_losses_nor_rounded_pixels(
     configuration: Configuration,
 ) -> None:
     options = {**configuration.options, "sanity_sheet": False}
-    work = AttackedDrives(replace(configuration, options=options))
+    work = AttackedEpisodes(replace(configuration, options=options))
     patched = work("stereo_rcnn", "grey-random", ID)
     assert {row.name for row in patched.measurements} == {
         "change",
@@ -111,4 +111,4 @@ def test_without_the_sanity_sheet_there_are_neither_losses_nor_rounded_pixels(
 
 def test_unknown_attacks_are_refused(configuration: Configuration) -> None:
     with pytest.raises(ConfigurationError, match="no attack 'laser'"):
-        AttackedDrives(configuration)("stereo_rcnn", "laser", ID)
+        AttackedEpisodes(configuration)("stereo_rcnn", "laser", ID)
