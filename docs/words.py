@@ -59,7 +59,6 @@ STAGES = ("avsec_gym/perception/", "tests/perception/")
 ALLOWED = {
     ("avsec_gym/world/models/plants/trees.py", "stakes"): "wooden ones that hold a young tree",
     ("avsec_gym/world/models/furniture/pavement.py", "notice"): "a board on a letter box",
-    ("studies/__main__.py", "anybody"): "any reader of a page",
     ("avsec_gym/validation/fitted_on.py", "moments"): "a key in files of earlier releases",
     ("avsec_gym/world/export/frame_files.py", "told"): "a name within; the world's code is data's",
     ("tests/runs/test_renamed.py", "knowing"): "the old name of an experiment",
