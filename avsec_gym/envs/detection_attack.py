@@ -129,7 +129,7 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
         )
 
     def picture(self) -> NDArray[np.uint8] | None:
-        """The scene as it is, as it is believed to be, and the episode that follows."""
+        """The scene as it is, as it is believed to be, and the plan that follows."""
         if self._round is None:
             return None
         believed = self._round.scene.boxes

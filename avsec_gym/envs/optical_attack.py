@@ -16,7 +16,7 @@ _ALARM, _QUIET = (255, 70, 70), (120, 230, 120)
 
 
 class OpticalAttackEnv(SensorAttackEnv):
-    """Episodes of an attacker who succeeds where an episode becomes unsafe without an alarm."""
+    """Episodes of an attacker who succeeds where the car's plan becomes unsafe without an alarm."""
 
     known_size = SIZE + 1 + len(MEASURES)
 

@@ -51,7 +51,7 @@ class Parts:
         attack: Tampers with the sensors, or with what detectors see of them; None: no attack.
         classifier: Finds which objects move, C; None: `motion` states it.
         selector: Finds the road's type, S; None: the scene's own type holds.
-        planner: Plans the episode among the detected objects, M.
+        planner: Plans the trajectory among the detected objects, M.
         validator: Looks for attacks on the LiDAR and the cameras 3 and 2, before O; None: there is
             none.  ``thresholds`` are the thesis' algorithms on four shares of the sensors, with
             ``"criterion": "error"`` on its E alone.  Without a table (``"thresholds": "FILE"``, as

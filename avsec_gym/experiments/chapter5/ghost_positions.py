@@ -23,7 +23,7 @@ from avsec_gym.metrics.estimate import Estimate
 
 LANE_WIDTH = 3.5
 CORRIDOR = 1.5 * LANE_WIDTH
-"""Metres on either side within which the three intentions of the thesis episode."""
+"""Metres on either side within which the three intentions of the thesis drive."""
 FARTHEST = 40.0
 """Metres ahead up to which ghosts and ground count; detectors look little further."""
 _CELL = 0.5
