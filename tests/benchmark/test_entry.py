@@ -289,7 +289,7 @@ def test_a_validator_that_always_reports_one_camera(
     assert (attacked.alarms.count, attacked.named.count) == (2, 2)
     assert entry.row("all", "facula").alarms is None
     assert clean.against == "unattacked"
-    assert clean.paired.drives == 6
+    assert clean.paired.episodes == 6
 
 
 def test_what_is_no_entry(tmp_path: Path, few: dict[str, FrozenSet]) -> None:
