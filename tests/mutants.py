@@ -8,7 +8,7 @@
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The fast tests of the module's room that execute the changed line (by coverage without
 the change) are run, those of the module's name first, then the nearest of other rooms; a mutant
-that all of them pass survives.  What an error says, and ``strict=``, is not changed.
+that all of them pass survives.  What an error says, ``strict=`` and ``nogil=`` are not changed.
 Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
 """
 
@@ -55,6 +55,7 @@ LONGEST = 240.0
 """Seconds after which the nearest file of tests is left out where kernels are Python; the second
 gets half of it, the third a third."""
 _ONE_AT_A_TIME: dict[tuple[bool, tuple[str, ...]], Lock] = defaultdict(Lock)
+_KEYWORDS = ("strict", "nogil")
 PASSED = (0, 5)
 """What pytest ends with where nothing failed, or there was no test."""
 
@@ -117,11 +118,11 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 @cache
 def _checks_alone(path: Path) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
-    """Spans that change nothing where all is right: what errors say, and ``strict=`` of `zip`."""
+    """Spans that change no result: what errors say, ``strict=`` of `zip`, ``nogil=`` of kernels."""
     return tuple(
         ((node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0))
         for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Raise) or (isinstance(node, ast.keyword) and node.arg == "strict")
+        if isinstance(node, ast.Raise) or (isinstance(node, ast.keyword) and node.arg in _KEYWORDS)
     )
 
 
