@@ -15,7 +15,7 @@ from avsec_gym.validation.connected.traffic import SentMessages
 
 @pytest.fixture
 def result() -> ConnectedResult:
-    """A quiet region, a ghost in the scan of one that cannot be named, and an object removed from vehicle 1."""
+    """A quiet region, a ghost whose victim cannot be named, an object removed from vehicle 1."""
     centres = np.array([[0.0, 0, 0], [10, 0, 0], [20.123, 5, 0]])
     regions = Regions(centres, np.tile([4.0, 2.0, 1.5], (3, 1)), np.array([0.0, 0.1, 0.25]))
     ghost = np.array([[0.0, 0], [0.4, 0.3], [0.1, 0.05]])
