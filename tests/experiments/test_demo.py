@@ -111,7 +111,7 @@ def test_the_story_counts_cars_and_the_episodes_in_which_something_is_in_the_way
     assert "these 3 episodes" in tried
     assert f"DSGN finds {cars} of {cars} cars" in happened
     assert "safely in 2 of 3" in happened
-    assert f"it finds {cars // 4}, and 1 are safe" in happened
+    assert f"it finds {cars // 4}, and the car drives safely in 1" in happened
     assert list(sentences(story_rows(found, set(), 0.3))) == []
     # The episode that was made unsafe, not that which was unsafe before, nor one with a free way.
     first, *others = hits(found, ways, 4, 0.3)

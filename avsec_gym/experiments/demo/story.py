@@ -114,7 +114,7 @@ def sentences(rows: Sequence[StoryRow]) -> Iterator[str]:
         clean = [row for row in own if row.attack == UNATTACKED]
         for before in clean:
             attacked = "".join(
-                f"; under {row.name} it finds {row.found}, and {row.safe} are safe"
+                f"; under {row.name} it finds {row.found}, and the car drives safely in {row.safe}"
                 for row in own
                 if row.attack != UNATTACKED
             )
