@@ -55,6 +55,32 @@ def test_the_bounds_of_the_first_primitive_are_as_narrow_as_they_can_be() -> Non
             np.testing.assert_allclose(table[arrays.end_class[before], j], expected, atol=1e-9)
 
 
+def test_later_bounds_are_not_much_wider_than_what_is_driven() -> None:
+    primitives, steps = _SETS[0], 10
+    arrays, table = primitives.arrays, reach_table(primitives, _HORIZON)
+    assert (arrays.steps == 5).all()
+    offset = primitives.vehicle.rear_axle
+    for before in range(len(arrays.steps)):
+        places = []
+        for first in arrays.successors[slice(*arrays.first_successor[before : before + 2])]:
+            ahead, left, _, turned = arrays.states[first, 5, :4]
+            for then in arrays.successors[slice(*arrays.first_successor[first : first + 2])]:
+                x, y, _, turn = arrays.states[then, 5, :4]
+                heading = turned + turn
+                places.append(
+                    (
+                        ahead + np.cos(turned) * x - np.sin(turned) * y + offset * np.cos(heading),
+                        left + np.sin(turned) * x + np.cos(turned) * y + offset * np.sin(heading),
+                    )
+                )
+        low, high = np.min(places, axis=0), np.max(places, axis=0)
+        bounds = table[arrays.end_class[before], steps]
+        # Headings are known to half a bin; a primitive leads some 5 m, twice.
+        widest = 4 * np.pi / reachability._BINS * 12.0
+        assert (low - bounds[[0, 2]] < widest).all()
+        assert (bounds[[1, 3]] - high < widest).all()
+
+
 def test_what_would_take_long_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
     reach_table.cache_clear()
     monkeypatch.setattr(reachability, "_LARGEST_WORK", 1000)
