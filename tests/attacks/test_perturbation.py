@@ -320,3 +320,28 @@ def test_networks_are_attacked_and_left_as_they_are(kind: Any) -> None:
         )
     assert after > before
     assert after - before > 3 * abs(by_noise - before)
+
+
+@pytest.mark.parametrize(
+    ("made", "expected"),
+    [
+        (thesis_pgd(), Perturbation(1.0, None, 4, name="thesis_pgd")),
+        (fgsm(), Perturbation(4.0, 4.0, 1, name="fgsm")),
+        # Kurakin et al.: min(epsilon + 4, 1.25 epsilon) steps of one grey level.
+        (i_fgsm(), Perturbation(1.0, 4.0, 5, projected=True, name="i_fgsm")),
+        (i_fgsm(20.0), Perturbation(1.0, 20.0, 24, projected=True, name="i_fgsm")),
+        # Dong et al.: alpha is epsilon / N, and the momentum 1.
+        (mi_fgsm(), Perturbation(1.0, 4.0, 4, 1.0, projected=True, name="mi_fgsm")),
+        (mi_fgsm(8.0, 10), Perturbation(0.8, 8.0, 10, 1.0, projected=True, name="mi_fgsm")),
+        # Madry et al.: 7 steps of a quarter of epsilon, from anywhere in the ball.
+        (
+            projected_pgd(8.0),
+            Perturbation(2.0, 8.0, 7, 0.0, True, True, False, name="projected_pgd"),
+        ),
+    ],
+    ids=lambda each: each.name if isinstance(each, Perturbation) else "",
+)
+def test_named_attacks_are_those_of_their_papers(
+    made: Perturbation, expected: Perturbation
+) -> None:
+    assert made == expected

@@ -122,3 +122,13 @@ def test_silence_does_not_alarm_whatever_the_calibration(calibration: tuple[floa
     silent = decide(_region(3, {}), _RATES, rule)
     assert silent.probability.tolist() == [0.0]
     assert silent.named.tolist() == [NO_ATTACK]
+
+
+def test_who_hardly_contradicts_is_no_accuser() -> None:
+    # The second witness sees as many rays end there as pass through.
+    counts = _region(3, {(1, 0): _NO, (1, 2): (3, 3, 0)})
+    weak = float(log_likelihood_ratio([3, 3, 0], _RATES))
+    assert 0 < weak < _RULE.accuser
+    assert decide(counts, _RATES, _RULE).named.tolist() == [CANNOT_TELL]
+    fewer = DecisionRule(calibration=_RULE.calibration, accuser=weak / 2, certain=0.5)
+    assert decide(counts, _RATES, fewer).named.tolist() == [1]
