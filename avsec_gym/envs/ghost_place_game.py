@@ -164,7 +164,7 @@ class GhostPlaceGame:
         """One query in each round.
 
         Args:
-            rounds: B rounds of `draw`.
+            rounds: B rounds of `draw_all`.
             actions: Shape (B, places); the ghost goes to the place with the highest number, the
                 first of equals.
         """
