@@ -59,7 +59,6 @@ def inject_object(
     Raises:
         ConfigurationError: The LiDAR would be inside of the box.
     """
-    sensor, low, high = _box_frame(to_velodyne, scan.dimensions)
     if holds_lidar(to_velodyne, scan.dimensions):
         x, y = to_velodyne[:2, 3].tolist()
         raise ConfigurationError(f"an object at x {x:.2f}, y {y:.2f} m would have the LiDAR in it")
@@ -67,6 +66,7 @@ def inject_object(
     pasted[:, :3] = transform_points(to_velodyne, scan.points[:, :3])
     lost = np.zeros(len(points), bool)
     if rays_lost:
+        sensor, low, high = _box_frame(to_velodyne, scan.dimensions)
         ends = transform_points(np.linalg.inv(to_velodyne), points[:, :3])
         lost = _rays_into_box(sensor, ends, low, high)
     kept = points[~lost]

@@ -21,7 +21,6 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision_curves import (
-    Integers,
     average_precisions,
     best_average_precisions,
     draw_resamples,
@@ -37,7 +36,7 @@ from avsec_gym.metrics.average_precision_frames import (
     label_status,
     pooled,
 )
-from avsec_gym.metrics.average_precision_matching import match, overlaps
+from avsec_gym.metrics.average_precision_matching import Integers, match, overlaps
 
 METRICS = ("2d", "bev", "3d", "aos")
 """In the image, from above, in space; similarity of the observation angle, matched in the image."""

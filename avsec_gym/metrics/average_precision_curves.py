@@ -5,11 +5,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
-from avsec_gym.metrics.average_precision_matching import Events
+from avsec_gym.metrics.average_precision_matching import Events, Integers
 
 SLOTS = 41
 """Recall 0, 1/40, ..., 1."""
@@ -18,8 +17,6 @@ AP11_SLOTS, AP40_SLOTS = slice(0, None, 4), slice(1, None)
 
 FEWEST_LABELS = 41
 """As many labels can fill all recalls; with fewer, perfect detections do not reach 100 percent."""
-
-Integers = NDArray[np.int64]
 
 
 def precision_at_recalls(
