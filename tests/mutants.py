@@ -8,7 +8,7 @@
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The fast tests of the module's room that execute the changed line (by coverage without
 the change) are run, those of the module's name first, then the nearest of other rooms; a mutant
-that all of them pass survives.  What an error says, ``strict=`` and ``nogil=`` are not changed.
+that all of them pass survives.  What an error says, ``strict=``, ``nogil=``, ``frozen=`` and ``is`` to ``==`` are not changed.
 Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
 """
 
@@ -55,7 +55,10 @@ LONGEST = 240.0
 """Seconds after which the nearest file of tests is left out where kernels are Python; the second
 gets half of it, the third a third."""
 _ONE_AT_A_TIME: dict[tuple[bool, tuple[str, ...]], Lock] = defaultdict(Lock)
-_KEYWORDS = ("strict", "nogil")
+_KEYWORDS = ("strict", "nogil", "frozen")
+_SAME = ("ReplaceComparisonOperator_Is_Eq", "ReplaceComparisonOperator_IsNot_NotEq")
+"""Operators that change nothing: only None, True, False and members of enumerations are compared by
+identity here."""
 PASSED = (0, 5)
 """What pytest ends with where nothing failed, or there was no test."""
 
@@ -81,7 +84,7 @@ def all_mutants(rooms: list[str], seed: int) -> Iterator[Mutant]:
         module, tree = str(path.relative_to(ROOT)), get_ast_from_path(path)
         silent = _annotations(path)
         for name, kind in operators.items():
-            if kind.arguments():
+            if kind.arguments() or name.endswith(_SAME):
                 continue
             found = (span for node in ast_nodes(tree) for span in kind().mutation_positions(node))
             for occurrence, (start, end) in enumerate(found):
@@ -118,7 +121,8 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 @cache
 def _checks_alone(path: Path) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
-    """Spans that change no result: what errors say, ``strict=`` of `zip`, ``nogil=`` of kernels."""
+    """Spans that change no result: what errors say, ``strict=`` of `zip`, ``nogil=`` of kernels, and
+    ``frozen=`` of classes."""
     return tuple(
         ((node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0))
         for node in ast.walk(ast.parse(path.read_text()))
