@@ -29,7 +29,7 @@ in `runs` or in `--runs DIR`; *DIR* is data that cannot be in the repository: `p
 --help` lists them. `python -m studies` lists the studies, `python -m studies check` compares their
 sources with those of today and fails where a page calls itself current that is not, and
 `python -m studies index` writes the result into this page and into the remark at the top of every
-other one.
+other one. A study that has not been made yet has its row and its command here, and no page.
 
 | study | question | command | takes about | sources |
 | --- | --- | --- | --- | --- |
@@ -96,16 +96,29 @@ def without_remark(page: str) -> str:
     return _REMARK.sub("", page, count=1)
 
 
-def pages(records: Mapping[str, Record]) -> dict[Path, str]:
-    """File -> what has to be in it: the index, and every page with its remark."""
-    states = source_states(records)
-    written = {README: _HEAD}
+def pages(records: Mapping[str, Record], root: Path = ROOT) -> dict[Path, str]:
+    """File -> what has to be in it: the index, and every page with its remark.
+
+    A study that has not been made yet has its row in the index, and no page.
+
+    Args:
+        records: Records of all studies.
+        root: Root of the checkout.
+
+    Raises:
+        DataError: The page of a study that was made is not there.
+    """
+    index = root / README.relative_to(ROOT)
+    written = {index: _HEAD}
     for study in STUDIES.values():
-        written[README] += f"| {' | '.join(_row(study, states[study.name]))} |\n"
+        state = source_state(study, records, root)
+        written[index] += f"| {' | '.join(_row(study, state, root))} |\n"
         for name in study.pages:
-            all_of_them = f"[all studies]({relpath(README, (ROOT / name).parent)})"
-            remark = f"*{states[study.name].text}. `{study.command}` makes it anew; {all_of_them}.*"
-            written[ROOT / name] = with_remark(read_text(ROOT / name), remark)
+            if study.name not in records and not (root / name).is_file():
+                continue
+            all_of_them = f"[all studies]({relpath(index, (root / name).parent)})"
+            remark = f"*{state.text}. `{study.command}` makes it anew; {all_of_them}.*"
+            written[root / name] = with_remark(read_text(root / name), remark)
     return written
 
 
@@ -139,8 +152,10 @@ def _text(page: Path) -> str:
     return read_text(page) if page.is_file() else ""
 
 
-def _row(study: Study, state: SourceState) -> Iterable[str]:
-    yield f"[{study.name}]({relpath(ROOT / study.writes[0], README.parent)})"
+def _row(study: Study, state: SourceState, root: Path) -> Iterable[str]:
+    opened = root / study.writes[0]
+    link = f"[{study.name}]({relpath(opened, root / README.parent.relative_to(ROOT))})"
+    yield link if opened.is_file() else study.name
     yield study.question
     yield f"`{study.command}`"
     yield f"{minutes_of_command(study)} min"

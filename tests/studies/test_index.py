@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from avsec_gym.errors import DataError
 from studies.__main__ import main
 from studies.catalogue import STUDIES
 from studies.index import (
@@ -17,11 +18,12 @@ from studies.index import (
     called_current,
     pages,
     source_state,
+    source_states,
     with_remark,
     without_remark,
 )
 from studies.provenance import Record, read_records, sources_of
-from studies.study import Step, Study
+from studies.study import RESULTS, Step, Study
 
 STALENESS = re.compile(r"Sources: unchanged|Stale: \d+ of \d+ source files have changed \(.*?\)")
 
@@ -71,7 +73,7 @@ def test_the_list_has_the_minutes_and_the_states_of_the_index(
         name: SourceState(stale, "") for name, stale in zip(STUDIES, cycle((True, False, None)))
     }
     monkeypatch.setattr("studies.__main__.source_states", lambda _: states)
-    monkeypatch.setattr("studies.index.source_states", lambda _: states)
+    monkeypatch.setattr("studies.index.source_state", lambda study, *_: states[study.name])
     assert main(["--json"]) == 0
     index = pages({})[README]
     for facts in json.loads(capsys.readouterr().out):
@@ -95,6 +97,37 @@ def test_a_page_is_as_stale_as_the_parts_that_it_shows() -> None:
     assert source_state(study, made).text.startswith("Stale: 1 of ")
     made["disparity"] = Record("2026-11-22", "3b525f0")
     assert "(commit 3b525f0, 2026-11-22)" in source_state(study, made).text
+
+
+def test_a_study_that_has_not_been_made_has_a_row_and_no_page(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.py").write_text("A = 1\n")
+    writes = (f"{RESULTS}/new.md", f"{RESULTS}/new.json")
+    new = Study("new", "What?", 7, writes, (Step(("a.py",)),), ("a.py",))
+    monkeypatch.setattr("studies.index.STUDIES", {"new": new})
+    index = tmp_path / "studies/README.md"
+    written = pages({}, tmp_path)
+    assert list(written) == [index]
+    # A link would lead nowhere.
+    assert written[index].endswith(
+        "| new | What? | `python -m studies.new` | 7 min | Not made yet |\n"
+    )
+    # It calls nothing current, so that the check has no fault to find.
+    assert called_current(source_states({}), tmp_path) == []
+    monkeypatch.setattr("studies.__main__.read_records", dict)
+    monkeypatch.setattr("studies.__main__.pages", lambda _: {})
+    assert main(["check"]) == 0
+    assert "0 of unchanged sources, 0 stale, 1 not made yet" in capsys.readouterr().out
+    # A page that was made and is gone is a fault.
+    made = {"new": Record("2026-12-01", version="0.1.0", sources=sources_of(["a.py"], tmp_path))}
+    with pytest.raises(DataError, match=r"new\.md"):
+        pages(made, tmp_path)
+    (tmp_path / RESULTS).mkdir(parents=True)
+    (tmp_path / writes[0]).write_text("# New\n")
+    written = pages(made, tmp_path)
+    assert "| [new](results/new.md) |" in written[index]
+    assert "Sources: unchanged" in written[tmp_path / writes[0]]
 
 
 def test_a_page_that_is_called_current_though_its_sources_changed_is_found(tmp_path: Path) -> None:
