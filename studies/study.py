@@ -16,6 +16,7 @@ DATA = {
     "kitti": "root of the KITTI object data, with stereo2012 and stereo2015 beside it",
     "scenarios": "the authors' labelled scenarios",
     "detections": "a detector's KITTI result files for them",
+    "tracking": "root of the KITTI tracking data: `training`, with its labels and calibrations",
     "planning": "CommonRoad files and motion primitives, see benchmarks/report.py",
     "original": "a checkout of commonroad-search",
     "parity": "outputs of the original networks, see benchmarks/parity.py",

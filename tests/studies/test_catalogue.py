@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 
+from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 from studies.catalogue import STUDIES, minutes_of_command
+from studies.driving_safety.closed_loop import SETS
 from studies.provenance import RECORDS, read_records, sources_of
 from studies.study import DATA, RESULTS, ROOT, Step
 
@@ -51,6 +54,19 @@ def test_words_of_a_command() -> None:
     )
     facula = '{"name": "facula", "camera": 3}'
     assert any(facula in step.words for step in STUDIES["pictures"].steps)
+
+
+def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model() -> None:
+    study = STUDIES["closed_loop"]
+    drives = [step for step in study.steps if "drive" in step.words]
+    folders = [step.words[step.words.index("--out") + 1] for step in drives]
+    assert folders == [f"$runs/closed_loop/{name}" for name in SETS]
+    for step in drives:
+        assert set(shipped_error_models()) <= set(step.words)
+    given = {"tracking": ["/data/tracking"], "runs": ["runs"]}
+    [place] = [word for word in drives[2].filled(given) if word.startswith("{")]
+    assert json.loads(place) == {"source": "kitti_tracking", "root": "/data/tracking"}
+    assert study.needs == ["scenarios", "tracking"]
 
 
 def test_minutes_of_a_command_are_those_of_the_parts_that_it_makes_too() -> None:
