@@ -13,10 +13,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 ROOMS = (
     "avsec_gym", "benchmarks", "docs", "examples", "studies", "tests",
-    "CONTRIBUTING.md", "README.md",
+    ".github", "leaderboard", "CHANGELOG.md", "CONTRIBUTING.md", "README.md",
 )  # fmt: skip
 """Folders and files whose words are those of the field."""
-READ = (".py", ".md", ".toml", ".js", ".css", ".html", ".j2", ".ipynb")
+READ = (".py", ".md", ".toml", ".js", ".css", ".html", ".j2", ".ipynb", ".yml")
 """How names of files that are read end: sources, prose, pages' parts and notebooks."""
 WORDS = {
     "moment": "frame (one rig) or instant (several vehicles)",
@@ -61,6 +61,10 @@ ALLOWED = {
     ("avsec_gym/world/models/furniture/pavement.py", "notice"): "a board on a letter box",
     ("avsec_gym/validation/fitted_on.py", "moments"): "a key in files of earlier releases",
     ("avsec_gym/world/export/frame_files.py", "told"): "a name within; the world's code is data's",
+    ("CHANGELOG.md", "moments"): "an old name, beside the new one",
+    ("CHANGELOG.md", "verdicts"): "an old name, beside the new one",
+    ("CHANGELOG.md", "knowing"): "the old name of an experiment",
+    ("CHANGELOG.md", "noticed"): "the old key of an info, beside the new one",
     ("tests/runs/test_renamed.py", "knowing"): "the old name of an experiment",
     ("tests/runs/test_renamed_rows.py", "knowing"): "the old name of an experiment",
 }

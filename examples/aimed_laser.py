@@ -152,13 +152,13 @@ def main() -> None:
     """Shine, print, draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--radius", type=float, default=45.0, help="pixels, from 10 to 180")
-    parser.add_argument("--shots", type=int, default=8, help="at most")
+    parser.add_argument("--attempts", type=int, default=8, help="how many are made at most")
     parser.add_argument("--scenarios", default="mixed", help="suite or folder")
     parser.add_argument("--detector", default="stereo_rcnn")
     parser.add_argument("--out", type=Path, default=Path("runs/laser.png"), help="the picture")
     options = parser.parse_args()
-    if not RADII[0] <= options.radius <= RADII[1] or options.shots < 1:
-        parser.error(f"--radius is from {RADII[0]:g} to {RADII[1]:g}, --shots 1 or more")
+    if not RADII[0] <= options.radius <= RADII[1] or options.attempts < 1:
+        parser.error(f"--radius is from {RADII[0]:g} to {RADII[1]:g}, --attempts 1 or more")
     gym.register_envs(avsec_gym)
     made = gym.make(
         "avsec/FaculaAttack-v0",
@@ -171,7 +171,7 @@ def main() -> None:
         render_mode="rgb_array",
     )
     env, game = AimedLaser(made), made.unwrapped.game
-    for scene, intention in islice(worth_attacking(game), options.shots):
+    for scene, intention in islice(worth_attacking(game), options.attempts):
         env.reset(options={"scenario": scene.id, "intention": intention.value})
         *_, info = env.step(by_hand(options.radius))
         alarm = "alarm" if info["alarm"] else "no alarm"

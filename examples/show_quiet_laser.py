@@ -81,11 +81,11 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
     return [
         "# What quietness costs a laser",
         "",
-        f"One shot at what is in the way, in {len(result['situations'])} situations that are driven"
-        f" safely without an attack; detector `{result['detector']}`; thresholds of"
+        f"One attempt at what is in the way, in {len(result['situations'])} situations that are"
+        f" driven safely without an attack; detector `{result['detector']}`; thresholds of"
         f" {result['scenes']['thresholds']} clean scenes at r ="
-        f" {100 * result['false_alarm_rate']:g} %. A training has {result['training_shots']} shots"
-        f" in other scenes; of each there are {len(result['seeds'])}. *Quiet*: paid for unsafe"
+        f" {100 * result['false_alarm_rate']:g} %. A training has"
+        f" {result['training_attempts']} attempts in other scenes; of each there are {len(result['seeds'])}. *Quiet*: paid for unsafe"
         " drives without an alarm; *loud*: for all unsafe drives. In brackets 95 % intervals"
         " (`examples/train_quiet_laser.py` shows how).",
         "",

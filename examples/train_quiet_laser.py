@@ -103,7 +103,7 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
         "radii": RADII,
         "strengths": STRENGTHS,
         "reach": REACH,
-        "training_shots": options.steps,
+        "training_attempts": options.steps,
         "seeds": list(seeds),
         "situations": [" ".join(situation) for situation in clean],
         "scenes_unsafe_without_attack": unsafe,

@@ -8,7 +8,8 @@
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The fast tests of the module's room that execute the changed line (by coverage without
 the change) are run, those of the module's name first, then the nearest of other rooms; a mutant
-that all of them pass survives.  What an error says, ``strict=``, ``nogil=``, ``frozen=`` and ``is`` to ``==`` are not changed.
+that all of them pass survives.  What changes no result is left alone: what an error says,
+``strict=``, ``nogil=``, ``frozen=``, decorators of kernels and of what is kept, ``is`` to ``==``.
 Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
 """
 
@@ -59,6 +60,8 @@ _KEYWORDS = ("strict", "nogil", "frozen")
 _SAME = ("ReplaceComparisonOperator_Is_Eq", "ReplaceComparisonOperator_IsNot_NotEq")
 """Operators that change nothing: only None, True, False and members of enumerations are compared by
 identity here."""
+_FASTER = re.compile(r"(kernel|cache|lru_cache|register_jitable)\b")
+"""Decorators that change the speed alone."""
 PASSED = (0, 5)
 """What pytest ends with where nothing failed, or there was no test."""
 
@@ -121,12 +124,18 @@ def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 @cache
 def _checks_alone(path: Path) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
-    """Spans that change no result: what errors say, ``strict=`` of `zip`, ``nogil=`` of kernels, and
-    ``frozen=`` of classes."""
+    """Spans that change no result: what errors say, ``strict=`` of `zip`, ``nogil=`` of kernels,
+    ``frozen=`` of classes, and what only makes functions faster: ``@kernel``, ``@cache``."""
+    spans = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Raise) or (isinstance(node, ast.keyword) and node.arg in _KEYWORDS):
+            spans.append(node)
+        elif isinstance(node, ast.FunctionDef):
+            spans += [each for each in node.decorator_list if _FASTER.match(ast.unparse(each))]
+    # A decorator begins with its sign, which is no part of the expression.
     return tuple(
-        ((node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0))
-        for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Raise) or (isinstance(node, ast.keyword) and node.arg in _KEYWORDS)
+        ((node.lineno, node.col_offset - 1), (node.end_lineno or 0, node.end_col_offset or 0))
+        for node in spans
     )
 
 

@@ -382,7 +382,8 @@ def test_an_attempt_by_hand_is_printed_and_drawn(
     for number in range(2 * FEWEST):
         bright_cars.write_frame(tmp_path, number, [[13.0, 3.5, 0.0]])
     command = [sys.executable, str(EXAMPLES / "aimed_laser.py"), "--scenarios", str(tmp_path)]
-    command += ["--detector", quick["detector"], "--shots", "2", "--out", str(tmp_path / "a.jpg")]
+    command += ["--detector", quick["detector"], "--attempts", "2"]
+    command += ["--out", str(tmp_path / "a.jpg")]
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
     tried = [line.split(":")[0] for line in told[:-1]]
     assert tried == [f"{FEWEST + number:06d} left" for number in range(len(tried))]

@@ -29,7 +29,7 @@ def test_what_is_missing(object_root: Path) -> None:
     (object_root / "training" / "calib" / "000003.txt").unlink()
     gaps = {(gap.has, gap.lacks): gap for gap in check_data(object_root).gaps}
     assert gaps["training/label_2", "training/calib"].examples == ("000003",)
-    assert "training/image_2", "training/velodyne" in gaps
+    assert ("training/image_2", "training/velodyne") in gaps
     assert "such as 000003" in str(gaps["training/image_2", "training/image_3"])
 
 
