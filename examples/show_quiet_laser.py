@@ -85,7 +85,8 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
         f" driven safely without an attack; detector `{result['detector']}`; thresholds of"
         f" {result['scenes']['thresholds']} clean scenes at r ="
         f" {100 * result['false_alarm_rate']:g} %. A training has"
-        f" {result['training_attempts']} attempts in other scenes; of each there are {len(result['seeds'])}. *Quiet*: paid for unsafe"
+        f" {result['training_attempts']} attempts in other scenes; of each there are"
+        f" {len(result['seeds'])}. *Quiet*: paid for unsafe"
         " drives without an alarm; *loud*: for all unsafe drives. In brackets 95 % intervals"
         " (`examples/train_quiet_laser.py` shows how).",
         "",

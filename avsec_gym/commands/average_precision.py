@@ -57,6 +57,7 @@ class ScoreDetections:
         from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
         from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
 
+        # What can be refused before anything is read.
         if self.limit is not None:
             whole_number("--limit", self.limit, 1)
         resample_number("--resamples", self.resamples)
@@ -68,6 +69,7 @@ class ScoreDetections:
                     path=path,
                     remedy="Name another file; nothing is overwritten.",
                 )
+        # Labels and detections, and their precision.
         frames = _Frames.read(self.kitti, self.split, self.limit, self.detections)
         frames.tell()
         result = average_precision(
@@ -77,6 +79,7 @@ class ScoreDetections:
             resamples=self.resamples,
             seed=self.seed,
         )
+        # Files, remarks and table.
         if self.out is not None:
             from avsec_gym.storage.text_files import write_text
 

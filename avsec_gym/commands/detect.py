@@ -55,6 +55,7 @@ class Detect:
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.perception.result_folder import write_result_folder
 
+        # What can be refused before anything is read.
         for name in ("limit", "workers"):
             value = getattr(self, name)
             if value is not None and value < 1:
@@ -62,6 +63,7 @@ class Detect:
         if self.ids and self.split is not None:
             raise ConfigurationError("--ids and --split exclude each other")
         detector = self._asked()
+        # The frames that are asked for, and their detections.
         data = KittiObject(self.kitti)
         having = () if self.split else ("calib",)
         ids = list(dict.fromkeys(self.ids)) or data.ids(self.split, having=having)
@@ -76,6 +78,7 @@ class Detect:
                 workers=self.workers,
                 on_progress=shown,
             )
+        # Report.
         for error in list(outcome.skipped.values())[:_REMARKS]:
             console.say(f"avsec: left out: {error}")
         if len(outcome.skipped) > _REMARKS:

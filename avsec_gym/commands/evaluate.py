@@ -67,6 +67,7 @@ class Evaluate:
         from avsec_gym.scenario.intention import Intention
         from avsec_gym.scenario.scene import Motion
 
+        # What can be refused before anything is read.
         if self.limit is not None and self.limit < 1:
             raise ConfigurationError(f"--limit is 1 or more, got {self.limit}")
         if self.sweep < 0 or self.pictures < 0:
@@ -83,11 +84,13 @@ class Evaluate:
                 path=self.out,
                 remedy="Name another folder with --out; nothing is overwritten.",
             )
+        # The scenes, and what is detected in them.
         planners = self._planners
         scenes = self._scenes()
         scenes, detected = self._detected(scenes)
         for remark in scenes.remarks:
             console.say(f"avsec: {remark}")
+        # Drive all of them.
         known = None if self.motion is None else Motion(self.motion)
         with console.progress("driving") as shown:
             result = driving_safety(
@@ -102,6 +105,7 @@ class Evaluate:
                 detected_motion=known or Motion.STATIC,
                 on_progress=shown,
             )
+        # Report.
         report = with_schema("evaluate", result.to_json())
         report["settings"] |= self._settings()
         if self.sweep and detected is not None:

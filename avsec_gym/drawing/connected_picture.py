@@ -105,6 +105,7 @@ def _status(result: ConnectedResult) -> str:
 def _draw_all(axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan]) -> None:
     ground = float(np.median(result.regions.centre[:, 2])) if len(result.regions) else None
     places = np.array([scan.pose[:2, 3] for scan in scans])
+    # Each vehicle, and what stands up in its scan.
     for number, scan in enumerate(scans):
         points = scan.in_world()
         level = scan.pose[2, 3] - 1.73 if ground is None else ground
@@ -121,6 +122,7 @@ def _draw_all(axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan])
             color=colour,
             fontweight="bold",
         )
+    # The regions; the accused ones have a letter, by which their own panels are called.
     accused = {each.index: letter for letter, each in enumerate(result.accusations)}
     for index in range(len(result.regions)):
         corners = _corners(result.regions, index)
@@ -139,6 +141,7 @@ def _draw_all(axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan])
                 fontsize=13,
                 fontweight="bold",
             )
+    # As far as all vehicles, and what stands around them.
     middle, reach = places.mean(axis=0), max(float(np.ptp(places, axis=0).max()) / 2 + 30, 45)
     axes.set_xlim(middle[0] - reach, middle[0] + reach)
     axes.set_ylim(middle[1] - reach, middle[1] + reach)

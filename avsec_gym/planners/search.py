@@ -242,6 +242,7 @@ def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState)
     pose, link, reference = state.pose, state.link, problem.reference
     steps, states = problem.primitives.steps, problem.primitives.states
     placed, blocks = np.empty((states.shape[1], 5)), edge_blocks(world.edges)
+    # Invariant: the ways to all nodes before `node` are tested.
     for node in range(1, state.counters[NODES]):
         parent, own, goal_index = link[node, PARENT], link[node, PRIMITIVE], link[node, GOAL]
         if goal_index != REFUSED and not drives_freely(

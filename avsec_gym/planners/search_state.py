@@ -100,6 +100,7 @@ def move(state: SearchState, new: SearchState, end_class: NDArray[np.int64]) -> 
 
     Element by element: assignments of slices are compiled three times as long.
     """
+    # Nodes, queue and counters keep their places.
     for i in range(state.counters[NODES]):
         for k in range(state.pose.shape[1]):
             new.pose[i, k] = state.pose[i, k]
@@ -109,6 +110,7 @@ def move(state: SearchState, new: SearchState, end_class: NDArray[np.int64]) -> 
         new.key[i], new.item[i] = state.key[i], state.item[i]
     for i in range(state.counters.shape[0]):
         new.counters[i] = state.counters[i]
+    # Invariant: the new table holds the old one's nodes so far, each in the first slot that was free.
     new.table[:] = -1
     mask = new.table.shape[0] - 1
     for i in range(state.table.shape[0]):

@@ -253,6 +253,7 @@ def edge_blocks(edges: Floats) -> Floats:
     blocks = np.empty(((edges.shape[0] + _BLOCK - 1) // _BLOCK, 4))
     blocks[:, 0], blocks[:, 2] = np.inf, np.inf
     blocks[:, 1], blocks[:, 3] = -np.inf, -np.inf
+    # Invariant: each block holds those of its segments that come before k.
     for k in range(edges.shape[0]):
         b = k // _BLOCK
         blocks[b, 0] = min(blocks[b, 0], edges[k, 0], edges[k, 2])

@@ -27,6 +27,8 @@ def trajectory_to(node: int, problem: Problem, state: SearchState) -> Floats:
     pose, link = state.pose, state.link
     begun = link[0, STEP]
     states = np.empty((link[node, STEP] - begun + 1, 5))
+    # From the end back to the start, primitive by primitive; rear axles.
+    # Invariant: the rows behind `child`'s time step are filled.
     child = node
     while link[child, PARENT] >= 0:
         parent, p = link[child, PARENT], link[child, PRIMITIVE]
@@ -41,6 +43,7 @@ def trajectory_to(node: int, problem: Problem, state: SearchState) -> Floats:
         child = parent
     states[0, 0], states[0, 1], states[0, 3] = pose[0, X], pose[0, Y], pose[0, HEADING]
     states[0, 2], states[0, 4] = problem.speed, problem.steering_angle
+    # From rear axles to centres.
     for t in range(states.shape[0]):
         states[t, 0] += centre_offset * np.cos(states[t, 3])
         states[t, 1] += centre_offset * np.sin(states[t, 3])

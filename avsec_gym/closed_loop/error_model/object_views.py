@@ -70,6 +70,7 @@ def _hidden(rays: Floats, distance: Floats, bearing: Floats, right: Floats, left
     count = len(rays)
     shares = np.zeros(count)
     for i in range(count):
+        # Invariant: `met` counts each ray of object i once, however many objects it meets.
         met = 0
         for k in range(RAYS):
             for j in range(count):

@@ -185,10 +185,12 @@ def _remember(
         fresh: New ones for those, in their order, shape (P, `LATENT`).
         keeps: How much of who is found, and of all else, is remembered.
     """
+    # Invariant: `row` is how many of the first i actors are there, the row of i's fresh numbers.
     row = 0
     for i in range(len(present)):
         if not present[i]:
             continue
+        # An autoregressive step of unit variance; who was not there begins with the fresh number.
         for k in range(LATENT):
             kept, new = keeps[0] if k == FOUND else keeps[1], fresh[row, k]
             if not np.isnan(latent[i, k]):

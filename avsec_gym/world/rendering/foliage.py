@@ -82,6 +82,7 @@ def between_leaves(scene, faces, distances, us, vs, pixel_angle, gaps):
     """
     for i in range(len(faces)):
         face = faces[i]
+        # Invariant: the gaps of the hits before i are marked, those behind it are as they came.
         gaps[i] = False
         if face < 0 or not scene.materials.leaves[scene.material[face]]:
             continue

@@ -128,12 +128,14 @@ def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):
 
     As `filtered_colour`, but without repeats: taps outside of the picture add nothing.
     """
+    # The footprint's axes in pixels of the finest level, the longer one last.
     across, down = overlay.scale[0], overlay.scale[1]
     short = np.sqrt((short_u * across) ** 2 + (short_v * down) ** 2)
     long = np.sqrt((long_u * across) ** 2 + (long_v * down) ** 2)
     if short > long:
         short, long = long, short
         long_u, long_v = short_u, short_v
+    # The level on which the shorter axis is a pixel, and the taps along the longer one.
     short = max(short, long / np.float32(_MOST_TAPS), _ONE)
     level = min(np.int32(np.log2(short) + _HALF), len(overlay.first) - 1)
     taps = min(max(np.int32(long / short + _HALF), 1), _MOST_TAPS)
@@ -143,6 +145,7 @@ def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):
     first = overlay.first[level]
     red, green, blue = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     alpha = np.float32(0.0)
+    # Invariant: the sums hold, of each tap so far, the four pixels around it, bilinearly weighted.
     for tap in range(taps):
         step = (np.float32(tap) + _HALF) / np.float32(taps) - _HALF
         x = (u - overlay.begin[0] + step * long_u) * scale_x - _HALF

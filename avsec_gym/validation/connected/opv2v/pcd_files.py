@@ -112,6 +112,7 @@ class _Layout:
 
 def _header(content: bytes) -> tuple[_Layout, bytes]:
     """The layout that the header describes, and the bytes behind it."""
+    # The lines up to DATA, key by key.
     entries: dict[str, list[str]] = {}
     place = 0
     while "DATA" not in entries:
@@ -125,6 +126,7 @@ def _header(content: bytes) -> tuple[_Layout, bytes]:
             if key in entries:
                 raise _BrokenError(f"Its header has {key[:20]!r} twice")
             entries[key] = words
+    # How the points are written.
     way = " ".join(entries["DATA"])
     if way == "binary_compressed":
         raise _BrokenError(
@@ -134,6 +136,7 @@ def _header(content: bytes) -> tuple[_Layout, bytes]:
         )
     if way not in ("ascii", "binary"):
         raise _BrokenError(f"Its points are {way[:40]!r}, neither ascii nor binary")
+    # What a point is made of, and how many there are.
     fields = entries.get("FIELDS", [])
     sizes = _whole_numbers(entries, "SIZE", len(fields))
     counts = _whole_numbers(entries, "COUNT", len(fields), default=1)
@@ -149,6 +152,7 @@ def _header(content: bytes) -> tuple[_Layout, bytes]:
             f"It promises {points} points and {width} x {height}, and {MOST_PCD_POINTS} are read at"
             " most"
         )
+    # The type of a row.
     columns = []
     for index, (kind, size, count) in enumerate(zip(types, sizes, counts, strict=True)):
         if size not in _SIZES.get(kind, ()):

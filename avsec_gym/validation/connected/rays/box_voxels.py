@@ -136,6 +136,7 @@ def fill_places(
         shape: As of `voxels_in_boxes`, shape (C, 3).
         places: Takes the centres, shape (V, 3).
     """
+    # Invariant: `v` is the number of voxels of the boxes before c, and of those done in it.
     v = 0
     for c in range(len(count)):
         cos, sin = ahead[c]
