@@ -110,7 +110,7 @@ def move(state: SearchState, new: SearchState, end_class: NDArray[np.int64]) -> 
         new.key[i], new.item[i] = state.key[i], state.item[i]
     for i in range(state.counters.shape[0]):
         new.counters[i] = state.counters[i]
-    # Invariant: the new table holds the old one's nodes so far, each in the first slot that was free.
+    # Invariant: the new table holds the old one's nodes so far, each in the first free slot.
     new.table[:] = -1
     mask = new.table.shape[0] - 1
     for i in range(state.table.shape[0]):
