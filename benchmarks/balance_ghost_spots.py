@@ -23,9 +23,9 @@ from avsec_gym.scenario.intention import Intention
 
 CLASSES = [(road_type, intention) for road_type in RoadType for intention in Intention]
 PLACES = 16
-"""That each round offers, as many as the game does by default."""
+"""Places that each round offers, as many as the game does by default."""
 RATE = 0.3
-"""Of the biases."""
+"""Rate of the biases."""
 MOST = 6.0
 """Largest bias."""
 ENOUGH = 10

@@ -131,7 +131,7 @@ ROWS = {
     "PPO, {training_steps:,} steps, {agents} seeds": "ppo",
     "all places tried": "oracle",
 }
-"""Of `table`: what an attacker is called there, and in the results."""
+"""Rows of `table`: what an attacker is called there, and in the results."""
 
 
 def table(result: dict[str, Any]) -> str:

@@ -52,7 +52,7 @@ from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.posed_scenes import posed_scene_of_layout
 
 RIG = camera_rig((0.0, 0.54, -0.27, 0.27, 0.81, 1.08))
-"""That of chapter 3, and two more cameras to the right, 27 cm from each other."""
+"""The rig of chapter 3, and two more cameras to the right, 27 cm from each other."""
 SYSTEMS = {
     "LiDAR and 2 cameras": SensorSystem((LIDAR, 3, 2)),
     "LiDAR and 3 cameras": SensorSystem((LIDAR, 1, 3, 2)),

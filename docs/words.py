@@ -5,9 +5,11 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -51,6 +53,11 @@ NAMES = {
     "desk": "worker",
 }
 """Parts of modules', classes' and functions' names: in sentences, these words have other uses."""
+SUBJECTLESS = (
+    "At", "Before", "Beyond", "By", "From", "In", "It", "Likewise", "Likewise,", "Of", "On", "That",
+    "To", "Whose", "With", "Without",
+)  # fmt: skip
+"""Words that no text below a field or a constant begins with; tests are left their shorthand."""
 RECORDED = ("closed_loop", "drives", "kitti", "world")
 """Folders in whose code a class `Drive` is KITTI's recording, or a closed-loop run."""
 STAGES = ("avsec_gym/perception/", "tests/perception/")
@@ -117,6 +124,26 @@ def names_of(path: str, text: str) -> Iterator[tuple[int, str, str]]:
             yield number, name, "episode, or the setting and the row of a closed-loop run"
 
 
+def without_subject(text: str) -> Iterator[tuple[int, str]]:
+    """Texts below a field or a constant that begin with a preposition, as if its name were read.
+
+    Args:
+        text: Python code.
+
+    Returns:
+        The line of each, and its first word.
+    """
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, (ast.ClassDef, ast.Module)):
+            continue
+        for field, below in pairwise(node.body):
+            match below:
+                case ast.Expr(value=ast.Constant(value=str(said))):
+                    first = said.split()[0] if said.split() else ""
+                    if isinstance(field, (ast.Assign, ast.AnnAssign)) and first in SUBJECTLESS:
+                        yield below.lineno, first
+
+
 def complaints(files: Iterable[Path]) -> list[str]:
     """A line for each word of some files that is not to be used, its file and line first."""
     result = []
@@ -130,6 +157,9 @@ def complaints(files: Iterable[Path]) -> list[str]:
         if file.suffix == ".py":
             for number, name, instead in names_of(path, text):
                 result.append(f"{path}:{number}: the name {name!r}: say {instead}")
+            described = () if path.startswith("tests/") else without_subject(text)
+            for number, first in described:
+                result.append(f"{path}:{number}: begins with {first!r}: say the noun first")
     return result
 
 

@@ -26,13 +26,13 @@ LEARNERS = ("sac", "cma_es", "random_search")
 TRAINED = tuple(f"{how}_{who}" for who in LEARNERS for how in ("quiet", "loud"))
 """Each has as many attempts to learn from."""
 BY_HAND = {f"by_hand_{radius}": by_hand(radius) for radius in (22, 45, 90, 180)}
-"""Without learning: full light on the car's middle."""
+"""The attackers without learning: full light on the car's middle."""
 DRAWN = ("random_shot", "thesis_facula")
 ATTACKERS = (*TRAINED, *BY_HAND, *DRAWN)
 """Those who are trained take longest, and begin."""
 
 Aim = Callable[[np.ndarray], np.ndarray]
-"""From an observation to an action."""
+"""A function from an observation to an action."""
 Situation = tuple[str, str]
 """A scene's id and an intention."""
 

@@ -31,12 +31,12 @@ from avsec_gym.metrics.intervals import wilson_interval
 TRIALS = 4
 """Training episodes that a search tries an action in."""
 QUERIES = 10
-"""Of an episode."""
+"""Queries of an episode."""
 FEWEST_STEPS = 48
 """What the first generation of CMA-ES spends on perturbations: 12 actions, each tried 4 times."""
 
 Policy = Callable[[np.ndarray, int], np.ndarray]
-"""From an observation and the number of the query to an action."""
+"""A function from an observation and the number of the query to an action."""
 
 
 class Watched(gym.Wrapper):

@@ -99,7 +99,7 @@ def _path(module: str) -> str:
 
 
 STUDIES = read_catalogue()
-"""By their names."""
+"""Studies by their names."""
 
 
 def minutes_of_command(study: Study) -> int:

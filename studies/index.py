@@ -44,7 +44,7 @@ class SourceState:
     """True also where its sources were not recorded: they were restructured since, and the world
     that most studies render has a second edition.  None: not made yet."""
     text: str
-    """In a sentence."""
+    """The remark in a sentence."""
 
     @property
     def word(self) -> str:

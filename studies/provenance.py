@@ -34,7 +34,8 @@ class Record:
     date: str
     """Such as 2026-11-23."""
     commit: str = ""
-    """Of those that were made before sources were recorded, the commit that brought the figures."""
+    """Commit of those that were made before sources were recorded, the commit that brought the
+    figures."""
     version: str = ""
     command: str = ""
     seconds: int = 0

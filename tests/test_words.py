@@ -33,7 +33,7 @@ def test_the_rooms_hold_none(words: ModuleType) -> None:
         "def of_moment() -> None: ...", "class RepairedMoments: ...", "# Nobody knows it.",
         'text = "was it noticed?"', 'text = "the car may notice"', "# Anybody may read it.",
         "class LaserShot: ...", "def worth_a_shot() -> None: ...", "class Stage: ...",
-        "    def desk_of(self) -> None: ...", "class Drive: ...",
+        "async def desk_of() -> None: ...", "class Drive: ...",
         "found = [one.id for one in frames]", "VERDICT = 1",
     ],
 )  # fmt: skip
@@ -82,6 +82,12 @@ def test_names_of_the_field_are_not(words: ModuleType, path: str, line: str) -> 
 def test_a_module_has_a_name_too(words: ModuleType) -> None:
     found = [name for _, name, _ in words.names_of("examples/laser_shots.py", "")]
     assert found == ["laser_shots"]
+
+
+def test_a_field_is_described_with_its_noun(words: ModuleType) -> None:
+    code = 'class A:\n    seed: int\n    """Of the draws."""\n    b: int\n    """A number."""\n'
+    assert list(words.without_subject(code)) == [(3, "Of")]
+    assert list(words.without_subject('def f():\n    """Of this, nothing."""\n')) == []
 
 
 @pytest.mark.parametrize("name", ["page.js", "page.css", "page.html", "page.html.j2", "a.ipynb"])

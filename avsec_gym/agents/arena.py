@@ -15,7 +15,8 @@ from avsec_gym.agents.learner import batch_of, has_batches, single
 from avsec_gym.geometry import Floats
 
 Act = Callable[[Any, Sequence[str]], Any]
-"""From a batch of observations, and the driving intention of each episode, to actions."""
+"""A function from a batch of observations, and the driving intention of each episode, to
+actions."""
 
 _MOST_AT_ONCE = 250
 _ENDLESS = 2**31

@@ -24,9 +24,10 @@ _ENTROPY = "log_ent_coef"
 _SQUARES = ("exp_avg_sq", "max_exp_avg_sq", "square_avg", "step")
 """What optimisers take roots of, or divide by, and count."""
 _LARGEST = 1e6
-"""Of weights, observations and rewards; a training whose numbers are larger has diverged."""
+"""The largest weights, observations and rewards; a training whose numbers are larger has
+diverged."""
 _LARGEST_MEMORY = 1e15
-"""Of what an optimiser remembers: gradients, and their squares."""
+"""The largest numbers of what an optimiser remembers: gradients, and their squares."""
 _AGAIN = "Begin again in another folder: name another --out."
 
 

@@ -28,7 +28,7 @@ BLOCK = 20
 """Held-out episodes that make a score: their success rate."""
 
 _SEARCHES = 4
-"""Of every environment: two of constants, two of the network's parameters."""
+"""The searches of every environment: two of constants, two of the network's parameters."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ _FINALISTS = 3
 _KIND = {str(intention): index for index, intention in enumerate(Intention)}
 
 Policy = Callable[[Floats], Act]
-"""From a vector to what acts by it."""
+"""A function from a vector to what acts by it."""
 
 
 @dataclass

@@ -30,4 +30,4 @@ ANGLES: Ends = (-4 * math.pi, 4 * math.pi)
 """Radians: bearings and headings, two turns either way."""
 SHARES: Ends = (0.0, 1.0)
 MOST_GHOSTS = 1000
-"""At once."""
+"""The largest number of ghosts at once."""

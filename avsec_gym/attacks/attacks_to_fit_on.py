@@ -21,13 +21,13 @@ from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 _T = TypeVar("_T")
 
 FITTED_RADII = ((120.0, THESIS_RADII[0]), (THESIS_RADII[1], 450.0))
-"""Of faculae to fit on: smaller and larger ones than the thesis', pixels."""
+"""Radii of faculae to fit on: smaller and larger ones than the thesis', pixels."""
 FITTED_COLOURS = ((1.0, 0.2, 0.1), (0.1, 1.0, 0.2), (0.2, 0.3, 1.0))
-"""Of lasers: red, green, blue.  The thesis' faculae are white."""
+"""Colours of lasers to fit on: red, green, blue. The thesis' faculae are white."""
 FITTED_SATURATIONS = (0.3, 0.6)
-"""Of white light that overflows the sensor; the thesis' is Gaussian throughout."""
+"""Saturations of white light that overflows the sensor; the thesis' is Gaussian throughout."""
 FITTED_DISTANCES = ((4.5, 6.0), (10.0, 14.0))
-"""Of bogus returns to fit on: nearer and farther than the thesis', metres."""
+"""Distances of bogus returns to fit on: nearer and farther than the thesis', metres."""
 FITTED_WIDTHS = (2.0, 3.0)
 """Narrower or wider than 2.5 m."""
 FITTED_HEIGHTS = (1.0, 2.0)

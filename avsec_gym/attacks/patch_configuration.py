@@ -25,13 +25,13 @@ class PatchTraining:
     batch: int = 4
     """Frames in a step, each with a place of its own."""
     step_size: float = 8.0
-    """Of Adam, grey levels; it falls linearly, to a tenth in the last step."""
+    """Step size of Adam, grey levels; it falls linearly, to a tenth in the last step."""
     radius: float = RADIUS
     """Pixels of the camera's own image."""
     range: PatchRange = field(default_factory=PatchRange)
     """Where it stands."""
     seed: int = 0
-    """Of order, places, disparities and rotations."""
+    """Seed of the order, places, disparities and rotations."""
     keep_real: bool = field(
         default=True,
         metadata={

@@ -13,7 +13,7 @@ from avsec_gym.geometry import Floats, bird_eye_iou, box_corners, project, wrap_
 
 _CAMERA_HEIGHT = 1.65
 _AWAY = -np.pi / 2
-"""Of rotation_y: as the ego vehicle drives."""
+"""The rotation_y of a ghost: as the ego vehicle drives."""
 
 
 def ghost_box(

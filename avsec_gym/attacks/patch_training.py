@@ -47,7 +47,7 @@ from avsec_gym.perception.training.curves import Curves, read_curves
 from avsec_gym.perception.weights.weights_hash import weights_hash
 
 PATCH = "patch.safetensors"
-"""In the folder of a training, its picture and card beside it."""
+"""The patch in the folder of a training, its picture and card beside it."""
 
 _CHECKPOINT_SECONDS = 60.0
 _JUDGED = 40

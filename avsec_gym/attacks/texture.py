@@ -34,7 +34,7 @@ _TABLE = 64
 _DRAWS = 4
 """Places that a cell may copy from; the next one counts where one does not show the source."""
 _FEWEST_PIXELS = 24
-"""Of a row that must show the source..."""
+"""Fewest pixels of a row that must show the source..."""
 _FEWEST_ROWS = 16
 """...in so many rows."""
 _COARSEST = 15.0

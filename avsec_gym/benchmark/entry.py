@@ -27,7 +27,7 @@ from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.storage.json_files import read_json_object
 
 ENTRY = "entry.json"
-"""In an entry's folder."""
+"""The file in an entry's folder."""
 SCHEMA = "benchmark.entry"
 
 

@@ -27,7 +27,8 @@ from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.shapes import placed
 
 LANES = 27
-"""As many as on the authors' map, so that the road's edge never binds; also in the planner's."""
+"""As many lanes as on the authors' map, so that the road's edge never binds; also in the
+planner's."""
 DURATION = 8.0
 """Seconds that a drive takes by default, and that tracks cover at least."""
 _BEHIND, _AHEAD = 60.0, 640.0

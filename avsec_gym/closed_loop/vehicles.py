@@ -37,7 +37,7 @@ class Car(Vehicle):  # type: ignore[misc]
     heading: float
     speed: float
     steering_angle = 0.0
-    """Of the wheels, radians, positive to the right as in highway-env's plane."""
+    """Steering angle of the wheels, radians, positive to the right as in highway-env's plane."""
     _rate = 0.0
 
     @property

@@ -40,13 +40,13 @@ class AgentsTrain:
     """Time of this sitting at most; the steps in hand are still learned from.  Default: until all
     steps are done."""
     seed: int = 0
-    """Of weights, exploration and training episodes."""
+    """Seed of weights, exploration and training episodes."""
     resume: bool = False
     """Go on with the training in --out, or begin it."""
     episodes: int = 200
     """Held-out episodes that the card's success rate is measured in; 0: none."""
     threads: int = 1
-    """Of the processor."""
+    """Threads of the processor."""
     json: bool = False
     """Print the card as JSON."""
 
@@ -98,7 +98,7 @@ class AgentsEvaluate:
     episodes: int = 200
     """Held-out episodes: the same for everyone."""
     seed: int = 0
-    """Of the first held-out episode, and of the searches."""
+    """Seed of the first held-out episode, and of the searches."""
     queries: int | None = None
     """Environment steps to search each baseline with.  Default: as many as the agent learned
     from."""

@@ -32,7 +32,7 @@ class AttackPatch:
     resume: bool = False
     """Go on with the training in --out, or begin it."""
     threads: int | None = None
-    """Of the processor.  Default: torch's choice."""
+    """Threads of the processor. Default: torch's choice."""
     training: PatchTraining = field(default_factory=PatchTraining)
     """What the result depends on."""
     json: bool = False

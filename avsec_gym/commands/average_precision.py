@@ -40,7 +40,7 @@ class ScoreDetections:
     resamples: int = 0
     """Frames are drawn anew so many times for 95 % bootstrap intervals, such as 1000; 0: none."""
     seed: int = 0
-    """Of these draws."""
+    """Seed of these draws."""
     figure: Path | None = None
     """Where to write a PNG of precision over recall."""
     out: Path | None = None

@@ -24,7 +24,7 @@ class _Enter:
     kind: ClassVar[str]
 
     part: Annotated[str, tyro.conf.Positional]
-    """By name, a plug-in's too, or JSON with arguments."""
+    """The part by its name, a plug-in's too, or JSON with arguments."""
     out: Path
     """Folder of the entry: new, empty, or of the same entry, which goes on. entry.json is the
     result."""
@@ -85,9 +85,9 @@ class _EnterByErrors(_Enter):
     """What stands in closed loop by its errors."""
 
     error_model: tuple[str, ...] = ()
-    """For the closed loop: files of `avsec error-model fit`, or names of shipped ones, without an
-    attack and under attacks.  Default: shipped ones that were fitted to it as it is, if there are
-    any; without one the closed loop is left out."""
+    """Error models for the closed loop: files of `avsec error-model fit`, or names of shipped ones,
+    without an attack and under attacks. Default: shipped ones that were fitted to it as it is, if
+    there are any; without one the closed loop is left out."""
 
     @property
     def _error_models(self) -> tuple[str, ...]:

@@ -39,8 +39,8 @@ class Connected:
     method: Literal["rays", "surfaces"] = "rays"
     """Rays that end on what others claim or pass through it; or the thesis' surfaces."""
     poses: Literal["measured", "true", "registration"] = "measured"
-    """Whose poses align the scans: as the vehicles measure them, the true ones, or by registering
-    the scans onto each other (raw drives)."""
+    """The poses that align the scans: as the vehicles measure them, the true ones, or by
+    registering the scans onto each other (raw drives)."""
     attack: str | None = None
     """Attack one vehicle at each instant: paste, removal, or JSON with arguments such as
     '{"name": "paste", "vehicle": 1, "distance": [6, 20]}'."""
@@ -58,7 +58,7 @@ class Connected:
     rate: float = 0.1
     """Designated false positive rate r of distances, for surfaces."""
     seed: int = 0
-    """Of the attacks."""
+    """Seed of the attacks."""
     limit: int | None = None
     """Only the first instants."""
     pictures: int = 20

@@ -40,7 +40,7 @@ class Demo:
     scenarios: int = 8
     """How many scenes, each driven left, straight and right."""
     seed: int = 0
-    """Of the scenes and the attacks."""
+    """Seed of the scenes and the attacks."""
     workers: int | None = None
     """Processes.  Default: one for each core, up to four."""
     json: bool = False

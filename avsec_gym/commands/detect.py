@@ -42,9 +42,9 @@ class Detect:
     """What tampers with the frames first: the name of an attack, one of a plug-in's too, or JSON
     with arguments, such as '{"name": "facula", "camera": 2}'.  Those on a detector need labels."""
     seed: int = 0
-    """Of the attack."""
+    """Seed of the attack."""
     camera: int | None = None
-    """Whose image a detector of single images looks at.  Default: 2."""
+    """The camera whose image a detector of single images looks at. Default: 2."""
     workers: int = 1
     """Processes; each loads its own detector."""
     json: bool = False

@@ -40,13 +40,13 @@ class ScoreDisparities:
     disparities: Path | None = None
     """Instead: a folder of someone's disparity maps, 16-bit PNGs named as the left images."""
     truth: Literal["occ", "noc"] = "occ"
-    """Of KITTI's truth all pixels (occ), or those that both cameras see (noc)."""
+    """The pixels of KITTI's truth: all (occ), or those that both cameras see (noc)."""
     limit: int | None = None
     """Only the first pairs."""
     resamples: int = 0
     """Pairs are drawn anew so many times for 95 % bootstrap intervals, such as 1000; 0: none."""
     seed: int = 0
-    """Of these draws."""
+    """Seed of these draws."""
     json: bool = False
     """Instead of a table, {"schema": ..., "pairs": N, "truth": ..., "estimators": {name:
     {"density": {"value", "interval"}, "found"|"all": {"end_point_error"|"off_3px"|"d1":

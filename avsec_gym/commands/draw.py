@@ -38,7 +38,7 @@ class Draw:
     planner: str = "astar"
     """Which search: astar or gbfs; or a plug-in's planner by its name, or JSON with arguments."""
     seed: int = 0
-    """Of speeds and layouts."""
+    """Seed of speeds and layouts."""
     out: Path | None = None
     """The PNG; or .rrd, a recording over time for the Rerun viewer (extra `rerun`).  Default: a PNG
     named after scene and intention, in this folder."""

@@ -48,25 +48,25 @@ class DriveInTraffic:
     name and arguments of avsec/ClosedLoop-v0, such as '{"name": "far", "perception": "blind"}'.
     Default: truth and blind, and those that the options below are for."""
     detector: str | None = None
-    """Of the settings detector, attacked and defended: a name, or JSON with arguments.  Default:
-    the environment's."""
+    """Detector of the settings detector, attacked and defended: a name, or JSON with arguments.
+    Default: the environment's."""
     attack: str | None = None
-    """Of the settings attacked and defended, likewise."""
+    """The attack of the settings attacked and defended, likewise."""
     validator: str | None = None
-    """Of the setting defended, likewise."""
+    """Validator of the setting defended, likewise."""
     classifier: str | None = None
-    """Of the cars with sensors: finds what moves; likewise."""
+    """Classifier of the cars with sensors: finds what moves; likewise."""
     selector: str | None = None
-    """Of the cars with sensors: finds the road's type; likewise."""
+    """Selector of the cars with sensors: finds the road's type; likewise."""
     response: Literal["stop", "drop", "repair"] = "stop"
-    """Of the setting defended: what the car does at an alarm."""
+    """Response of the setting defended: what the car does at an alarm."""
     error_model: tuple[str, ...] = ()
-    """Of the setting error-model: a file of `avsec error-model fit`, or the name of a shipped one,
-    such as stereo_rcnn.  Of several, each is a setting of its own name."""
+    """Error model of the setting error-model: a file of `avsec error-model fit`, or the name of a
+    shipped one, such as stereo_rcnn. Of several, each is a setting of its own name."""
     planner: str = "astar"
-    """Of all settings: a name, or JSON with arguments."""
+    """Planner of all settings: a name, or JSON with arguments."""
     motion: Literal["truth", "static", "classifier"] = "truth"
-    """Of all settings: how the planner takes believed objects to move."""
+    """Motion of all settings: how the planner takes believed objects to move."""
     traffic: Literal["recorded", "reacting"] = "recorded"
     """Others play their tracks, or vehicles in a lane are driven by highway-env's IDM."""
     duration: float = 8.0
@@ -74,7 +74,7 @@ class DriveInTraffic:
     people: bool = field(default=True, metadata={"help": "Without pedestrians and cyclists."})
     """Whether pedestrians and cyclists are there."""
     seed: int = 0
-    """Of the scenes, of what is drawn in them, and of attacks."""
+    """Seed of the scenes, of what is drawn in them, and of attacks."""
     out: Path | None = None
     """Folder of the results: new or empty, or see --resume.  Default: runs/drive, or
     runs/drive_2 and so on if there is something."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from avsec_gym.validation.shipped import FitKind
 
 USUAL_SHARE = 0.25
-"""Of the frames, that are fitted on."""
+"""The share of the frames that are fitted on."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ class Report:
     """Most scenes with pictures; 0: none, of feature maps and repairs neither.  Each takes two
     attacks or three, of repairs one."""
     looked_at: int = 0
-    """Of `identification`: how many of the judged frames, the first ones, were looked at while a
+    """How many, in `identification`, of the judged frames, the first ones, were looked at while a
     method was made; its rates are also given without them."""
     experiments: tuple[str, ...] = ()
     """Experiments that `avsec experiments` does not list and whose sections the page shows, such as

@@ -42,27 +42,27 @@ class Run:
     limit: int | None = None
     """Only the first scenes."""
     seed: int = 0
-    """Of everything that is drawn."""
+    """Seed of everything that is drawn."""
     options: tuple[str, ...] = ()
-    """Of the experiments, NAME=VALUE each; `avsec experiments --json` lists names and defaults.
-    Values are JSON; what is no JSON is a text."""
+    """Options of the experiments, NAME=VALUE each; `avsec experiments --json` lists names and
+    defaults. Values are JSON; what is no JSON is a text."""
     detector: str | None = None
-    """Of experiments that take any parts, such as `pipeline`: a part by its name, one of a
+    """Detector of experiments that take any parts, such as `pipeline`: a part by its name, one of a
     plug-in's too, or JSON with arguments; the same as --options detector=..."""
     attack: str | None = None
-    """Likewise, such as '{"name": "facula", "camera": 2}'."""
+    """An attack, likewise, such as '{"name": "facula", "camera": 2}'."""
     planner: str | None = None
-    """Likewise."""
+    """A planner, likewise."""
     validator: str | None = None
-    """Likewise; it sits before the detector."""
+    """A validator, likewise; it sits before the detector."""
     out: Path | None = None
     """Folder of the run: new, empty, or with the same run.  Default: runs/NAMES."""
     workers: int | None = None
     """Processes.  Default: as many as have cores for their threads, up to four on each machine.
     0: this very process."""
     threads: int | None = None
-    """Of each process; the last digits of networks depend on it.  Default: what the run began
-    with, or the cores divided by the processes."""
+    """Threads of each process; the last digits of networks depend on it. Default: what the run
+    began with, or the cores divided by the processes."""
     backend: Literal["local", "ray"] = "local"
     """Where the processes are: on this machine, or in the Ray cluster of RAY_ADDRESS, else in one
     begun for the while (extra `distributed`)."""

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 WEIGHTS = "weights.safetensors"
-"""In the folder of a run: those that are kept."""
+"""The weights in the folder of a run that are kept."""
 _SECONDS_BETWEEN_RATES = 300.0
 
 
@@ -65,7 +65,7 @@ class Train:
     """Folders to validate on; all frames of --data are then learned from.  Default: the split
     `val` of --data."""
     preset: str = "small"
-    """Of the network's configuration."""
+    """Preset of the network's configuration."""
     start: Path | None = None
     """Weights to begin with (.safetensors); those of another preset or network as far as they fit.
     Default: random ones."""
@@ -76,7 +76,7 @@ class Train:
     better choice where a validation's noise exceeds what an epoch gains.  A training that is
     finished can be asked again, with --resume."""
     threads: int | None = None
-    """Of the processor, for one step.  Default: torch's choice."""
+    """Threads of the processor, for one step. Default: torch's choice."""
     cache: Path | None = None
     """Folder for reduced images, which several runs may share.  Default: in --out."""
     training: TrainingConfiguration = field(default_factory=TrainingConfiguration)

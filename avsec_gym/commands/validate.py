@@ -76,7 +76,7 @@ class Validate:
     """Attack the frames that are judged, to see whether it is detected: JSON such as
     '{"name": "thesis", "sensors": ["lidar", 3]}' or '{"name": "facula", "camera": 3}'."""
     seed: int = 0
-    """Of the attacks."""
+    """Seed of the attacks."""
     limit: int | None = None
     """Only the first frames."""
     out: Path | None = None

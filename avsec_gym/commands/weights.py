@@ -32,19 +32,19 @@ class WeightsImport:
     file: Annotated[Path, tyro.conf.Positional]
     """The checkpoint, such as a .tar, .pth or .pt file."""
     network: Literal["dsgn", "stereo_rcnn", "psmnet"]
-    """Whose it is."""
+    """The network whose checkpoint it is."""
     preset: str | None = None
-    """Of the network's configuration.  Default: the original's: default, resnet101, full."""
+    """Preset of the network's configuration. Default: the original's: default, resnet101, full."""
     aligned_corners: bool = False
-    """Of psmnet: it was trained with a torch that kept the corners' centres where they are when a
-    map is enlarged (before 0.4, as the authors' own weights were).  The file does not tell, and
-    the wrong choice costs a pixel: say which one, or give a --pair."""
+    """Whether psmnet was trained with a torch that kept the corners' centres where they are when a
+    map is enlarged (before 0.4, as the authors' own weights were). The file does not tell, and the
+    wrong choice costs a pixel: say which one, or give a --pair."""
     no_aligned_corners: bool = False
     """Do not align corners, of psmnet: it was trained with torch's later default."""
     pair: tuple[Path, Path, Path] | None = None
-    """Of psmnet: a left image, a right one, and the left one's disparities (a 16-bit PNG as in
-    KITTI's disp_occ_0), at best of the data that it was trained on: both choices are tried on it,
-    and the better one taken (two minutes)."""
+    """A pair for psmnet: a left image, a right one, and the left one's disparities (a 16-bit PNG as
+    in KITTI's disp_occ_0), at best of the data that it was trained on: both choices are tried on
+    it, and the better one taken (two minutes)."""
     out: Path | None = None
     """The .safetensors file to write; a model card (.json) is put beside it.  Default: beside
     the checkpoint."""

@@ -31,7 +31,7 @@ _LOOKS_AT = {
     "faster_rcnn": (Kind.IMAGE_DETECTOR, _IMAGE),
     "yolo": (Kind.IMAGE_DETECTOR, _IMAGE),
 }
-"""By the networks whose scores can be calibrated."""
+"""What is looked at, by the networks whose scores can be calibrated."""
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ class WorldMake:
     """How far right of camera 0 each camera stands, metres, such as 0 0.54 -0.27 0.27.  Default:
     KITTI's."""
     width: int | None = None
-    """Of the images, pixels, such as a detector's own; the height follows.  Default: 1242."""
+    """Width of the images, pixels, such as a detector's own; the height follows. Default: 1242."""
     no_lidar: bool = False
     """Write no scans."""
     previous: int = 0
@@ -70,7 +70,7 @@ class WorldMake:
     """Frames of a drive (raw, connected).  Default: 50; 1 for `connected`, whose instants then
     have a place of their own each."""
     vehicles: int = 3
-    """With sensors (connected)."""
+    """The number of vehicles with sensors (connected)."""
     spacing: tuple[float, float] = (15.0, 60.0)
     """Least and greatest distance of the other vehicles from the first, metres: the nearer, the
     more objects are seen by two or more (connected)."""
@@ -134,7 +134,7 @@ class WorldTwin:
     style: Literal["city", "residential", "campus", "highway", "rural"] | None = None
     """How the places are built up.  Default: drawn to suit each frame."""
     road_type: Literal["street", "highway"] | None = None
-    """Of the places.  Default: that of the style; street without one."""
+    """Road type of the places. Default: that of the style; street without one."""
     assets: Literal["train", "judge", "all"] = "all"
     """Which part of the designs of vehicles, houses, plants, people and textures: that for
     training, that for judging, which share nothing, or both."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from avsec_gym.kitti.raw import Drive
 
 _MOST_FRAMES, _MOST_COLUMNS, _WIDEST = 1000, 100, 2000
-"""Of one sheet: frames, frames in a row, and pixels of a frame."""
+"""Limits of one sheet: frames, frames in a row, and pixels of a frame."""
 _LONGEST_SIDE = 65_500
 """Pixels that JPEG takes."""
 
@@ -38,9 +38,9 @@ class WorldSheet:
     columns: int = 4
     """Frames in a row."""
     camera: int = 2
-    """Whose images."""
+    """The camera whose images are shown."""
     width: int = 480
-    """Of each frame, pixels."""
+    """Width of each frame, pixels."""
 
     def run(self) -> int:
         """Do it; the exit code."""

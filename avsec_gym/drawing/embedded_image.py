@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _QUALITY = 80
-"""Of WebP."""
+"""Quality of WebP."""
 
 
 def embedded(image: NDArray[np.uint8]) -> str:

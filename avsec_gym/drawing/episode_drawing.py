@@ -16,7 +16,7 @@ from avsec_gym.scenario.obstacles import Obstacles
 _AHEAD, _ASIDE = (-7.0, 38.0), 11.0
 """Metres that are shown, from behind to ahead of the start, and to either side."""
 _PIXELS = 12.0
-"""To the metre."""
+"""Pixels to the metre."""
 _HOLD = 1.5
 """Seconds that the end of an episode is shown before it begins again."""
 

@@ -17,7 +17,7 @@ FIGURE_STYLE: dict[Any, Any] = {
     "xtick.color": FAINT,
     "ytick.color": FAINT,
 }
-"""For `matplotlib.rc_context`, whose keys have a type of their own."""
+"""Figure style for `matplotlib.rc_context`, whose keys have a type of their own."""
 
 
 def as_drawn(name: str) -> str:

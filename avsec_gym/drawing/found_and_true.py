@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7")
-"""Of detectors, in their order."""
+"""Colours of detectors, in their order."""
 TRUE_IN_IMAGE = "#FFFFFF"
 
 _SIDES = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4, 5, 1, 2, 6, 7, 3]

@@ -16,7 +16,8 @@ from avsec_gym.geometry import Floats, box_corners, transform_points
 from avsec_gym.storage.folders import make_folder
 
 _EDGES = [(0, 1, 2, 3, 0, 4, 5, 6, 7, 4), (1, 5), (2, 6), (3, 7)]
-"""Of a box, by the corners of `box_corners`: both faces in one stroke, then three uprights."""
+"""The edges of a box, by the corners of `box_corners`: both faces in one stroke, then three
+uprights."""
 _DARK, _BRIGHT = np.array([60.0, 75.0, 95.0]), np.array([250.0, 225.0, 120.0])
 _JPEG_QUALITY = 85
 

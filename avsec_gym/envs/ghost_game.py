@@ -55,7 +55,7 @@ OBJECT_LEVEL = {
 }
 """Parts that have no meaning in a game without images."""
 MOST_GHOSTS = 32
-"""As many as the real objects that an observation shows."""
+"""As many ghosts as the real objects that an observation shows."""
 _SAFE, _COLLISION, _UNPLANNED = map(OUTCOMES.index, (SAFE, COLLISION, UNPLANNED))
 FAR = 1e7
 """Metres; where obstacles are put that are not there."""

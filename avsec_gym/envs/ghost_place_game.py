@@ -68,7 +68,7 @@ class PlacedRound(Round):
     offered: NDArray[np.int64]
     """Spots of the places, in their order, shape (K,)."""
     shown: Floats
-    """Of the places, as an observation shows them, shape (K, SIZE)."""
+    """What is shown of the places, as an observation shows them, shape (K, SIZE)."""
 
     @classmethod
     def of(

@@ -21,7 +21,7 @@ OUTCOMES = (SAFE, COLLISION, UNPLANNED)
 NEAREST = 32
 """Objects in an observation."""
 FEATURES = 8
-"""Of each object: present, x, y, cos, sin of the heading, length, width, moving."""
+"""Features of each object: present, x, y, cos, sin of the heading, length, width, moving."""
 
 SCENE_SIZE = 8 + FEATURES * NEAREST
 """Numbers on start, goal and objects, with which an observation begins."""
@@ -40,7 +40,7 @@ class Queried(NamedTuple):
     path_length: Floats
     """m, shape (B,)."""
     smallest_distance: Floats
-    """Of the car from anything real at a time step, m, shape (B,)."""
+    """Smallest distance of the car from anything real at a time step, m, shape (B,)."""
     cost_sm1: Floats
     """CommonRoad's SM1, shape (B,)."""
     ghosts: NDArray[np.int64]

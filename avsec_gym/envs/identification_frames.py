@@ -33,7 +33,7 @@ from avsec_gym.unknown_source import unknown_source
 from avsec_gym.validation.recordings import raw_recordings
 
 _ARGUMENTS = ("source", "first", "count")
-"""Of frames of drives."""
+"""Arguments of frames of drives."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from avsec_gym.geometry import Floats
 SIZE = 5
 """Column, row, disparity, rotation, radius."""
 SMALLEST = 0.5
-"""Of a patch's own radius."""
+"""The smallest share of a patch's own radius."""
 
 _ROUNDING = 1e-6
 """Pixels between a patch and the right image's edge, so that sums and differences agree on it."""

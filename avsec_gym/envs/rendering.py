@@ -30,7 +30,7 @@ class DrawnEnv(gym.Env[Observation, NDArray[np.float32]], Generic[Observation]):
         "render_fps": 1,
     }
     title = "avsec-gym"
-    """Of the window."""
+    """Title of the window."""
 
     def __init__(self, render_mode: str | None = None) -> None:
         if render_mode is not None:

@@ -10,7 +10,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
 OPTIONS = ("scenario", "intention")
-"""Of every environment."""
+"""Options of every environment."""
 
 
 def reset_options(options: Any, *more: str) -> dict[str, Any]:

@@ -21,7 +21,7 @@ GHOSTS = 3
 SAME = 0.1
 """Bird's-eye overlap from which on a box is taken for an object's."""
 SIZE = 9 + 12 * NEAREST + 3 * GHOSTS + 5
-"""Without the last action."""
+"""The size without the last action."""
 
 _OUTCOMES = (SAFE, COLLISION, UNPLANNED)
 _SCALE = np.array([1.0, 50.0, 20.0, 1.0, 1.0, 10.0, 4.0, 1.0])

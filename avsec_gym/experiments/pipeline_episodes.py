@@ -37,7 +37,8 @@ OPTIONS: Options = {
     "motion": "truth",
     "score_threshold": 0.3,
 }
-"""As of `avsec_gym.pipeline.Pipeline`; parts by name, or as JSON of a name and arguments."""
+"""Options as of `avsec_gym.pipeline.Pipeline`; parts by name, or as JSON of a name and
+arguments."""
 TRUTH, UNATTACKED, ATTACKED = "pipeline truth", "pipeline unattacked", "pipeline attacked"
 """The settings of episodes."""
 

@@ -8,7 +8,7 @@ from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 
 NAMES = {"dsgn": "DSGN", "stereo_rcnn": "Stereo R-CNN"}
-"""Of the detectors."""
+"""Names of the detectors."""
 
 SAFE_DRIVING_WITH_GROUND_TRUTH = {
     (Algorithm.ASTAR, Intention.LEFT): 0.897,
@@ -65,7 +65,7 @@ SAFETY = {
     for detector, setting, *columns in [line.split()]
     for place, intention in enumerate(Intention)
 }
-"""By detector, setting (``thesis_pgd-0.4-3``: alpha 0.4, n 3) and intention; A*.
+"""The rates by detector, setting (``thesis_pgd-0.4-3``: alpha 0.4, n 3) and intention; A*.
 
 DSGN's safe driving rate for ``thesis_pgd-1-3`` straight is a slip of the source: it does not follow
 from the other two."""

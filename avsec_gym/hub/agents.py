@@ -25,7 +25,7 @@ from avsec_gym.storage.regular_files import is_file, read_bytes
 from avsec_gym.storage.text_files import read_text, write_text
 
 MODEL, README = "model.safetensors", "README.md"
-"""As the hub names them."""
+"""Model and readme as the hub names them."""
 MAX_BYTES = 2**30
 LIMITS = (
     "Research on the driving safety of attacked cars, in simulation. One training with one seed: "

@@ -19,7 +19,8 @@ from avsec_gym.storage.regular_files import is_there, read_bytes
 from avsec_gym.storage.text_files import write_text
 
 MODEL, CONFIG, README = "model.safetensors", "config.json", "README.md"
-"""As the hub names them; the configuration is the card of the weights."""
+"""Model and config and readme as the hub names them; the configuration is the card of the
+weights."""
 MAX_BYTES = 4 * 2**30
 LIMITS = (
     "Research on attacked perception. Small networks, trained briefly: they show how attacks act, "

@@ -49,7 +49,7 @@ ARCHIVES: dict[str, dict[str, str]] = {
         "poses": "data_odometry_poses.zip",
     },
 }
-"""By benchmark and part."""
+"""Archives by benchmark and part."""
 
 _FRAMES = {
     "object": re.compile(r"[0-9]{6}(_0[1-3])?"),

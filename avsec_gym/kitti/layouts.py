@@ -58,7 +58,7 @@ _RAW_SIGNS = (
     "oxts/data",
     "tracklet_labels.xml",
 )
-"""Of a day or a drive that is not named as KITTI names them."""
+"""Signs of a day or a drive that is not named as KITTI names them."""
 
 
 def recognise(root: Path) -> KittiLayout:

@@ -19,7 +19,7 @@ from avsec_gym.storage.regular_files import is_file, is_folder
 SEQUENCES, POSES, VELODYNE = "sequences", "poses", "velodyne"
 """What the folder of the benchmark holds; the scans of a sequence."""
 CALIBRATION, TIMES = "calib.txt", "times.txt"
-"""Of a sequence."""
+"""Calibration and times of a sequence."""
 
 _SEQUENCE = re.compile(r"[0-9]{2}")
 _SENSORS = re.compile(r"image_[0-9]|velodyne")

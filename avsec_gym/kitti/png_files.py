@@ -33,7 +33,7 @@ class PngHeader:
     width: int
     height: int
     bits: int
-    """Of a channel."""
+    """Bits of a channel."""
     colour_type: int
 
 

@@ -15,7 +15,7 @@ from avsec_gym.kitti.label_folders import frame_ids
 _DEEPEST = 10
 """Floors below the named folder; OpenPCDet's lie nine below its output."""
 _MOST_FOLDERS = 2000
-"""That are looked into: of a home or a data set, no more."""
+"""Most folders that are looked into: of a home or a data set, no more."""
 _NAMED = 5
 """So many candidates are named in an error."""
 

@@ -28,7 +28,7 @@ class TrackedBoxes:
     """The objects of one frame and who they are."""
 
     boxes: Boxes3D
-    """As `read_labels` gives them; truncation is 0 or, where its share is unknown, -1."""
+    """Boxes as `read_labels` gives them; truncation is 0 or, where its share is unknown, -1."""
     tracks: NDArray[np.int64]
     """The same number in all frames of one object, shape (N,); -1 for ``DontCare``."""
 

@@ -39,11 +39,12 @@ from avsec_gym.metrics.average_precision_frames import (
 from avsec_gym.metrics.average_precision_matching import Integers, match, overlaps
 
 METRICS = ("2d", "bev", "3d", "aos")
-"""In the image, from above, in space; similarity of the observation angle, matched in the image."""
+"""Metrics in the image, from above, in space; similarity of the observation angle, matched in the
+image."""
 CLASSES = ("Car", "Pedestrian", "Cyclist")
 
 MinIou = Mapping[str, tuple[float, float, float]]
-"""For each class: a match needs more than this in the image, from above, in space."""
+"""The overlap for each class: a match needs more than this in the image, from above, in space."""
 
 STANDARD_IOU: MinIou = MappingProxyType(
     {"Car": (0.7, 0.7, 0.7), "Pedestrian": (0.5, 0.5, 0.5), "Cyclist": (0.5, 0.5, 0.5)}

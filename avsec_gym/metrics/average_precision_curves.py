@@ -16,7 +16,8 @@ AP11_SLOTS, AP40_SLOTS = slice(0, None, 4), slice(1, None)
 """Recall 0, 0.1, ..., 1 (papers before October 2019); recall 1/40, 2/40, ..., 1 (since then)."""
 
 FEWEST_LABELS = 41
-"""As many labels can fill all recalls; with fewer, perfect detections do not reach 100 percent."""
+"""As many labels as can fill all recalls; with fewer, perfect detections do not reach 100
+percent."""
 
 
 def precision_at_recalls(

@@ -33,7 +33,7 @@ class Overlaps(NamedTuple):
     label: Integers
     detection: Integers
     iou: Floats
-    """In the image, from above, in space, shape (3, P)."""
+    """The overlap in the image, from above, in space, shape (3, P)."""
     dont_care: Floats
     """Largest share of each detection's 2D box in one DontCare region, shape (N,)."""
 
@@ -42,7 +42,7 @@ class Events(NamedTuple):
     """What a class, level and metric gives at each score, best first."""
 
     hit_score: Floats
-    """Of the detections found in the threshold pass, shape (S,)."""
+    """Hit score of the detections found in the threshold pass, shape (S,)."""
     hit_frame: Integers
     score: Floats
     """Where the cut-off, falling, changes what a frame gives, shape (E,)."""
@@ -66,7 +66,7 @@ class _Contest(NamedTuple):
     is_hit: Flags
     """Whether label and detection both count."""
     score: Floats
-    """Of the detections, shape (N,), as the three below."""
+    """Score of the detections, shape (N,), as the three below."""
     frame: Integers
     counts: Flags
     is_alarm: Flags

@@ -102,9 +102,9 @@ class DisparityRates:
     density: ErrorRate
     """The share of the known pixels where something was found."""
     found: PixelRates
-    """Of these pixels."""
+    """What was found of these pixels."""
     all: PixelRates
-    """Of all known pixels, holes filled."""
+    """Errors of all known pixels, holes filled."""
 
 
 def error_rates(errors: Sequence[Errors], resamples: int = 0, seed: int = 0) -> DisparityRates:

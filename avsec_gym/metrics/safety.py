@@ -149,8 +149,8 @@ class SafetyRates:
     swept_collisions: int | None = None
     """Planned scenarios that touch something at or between time steps; None if not checked."""
     design_effects: Mapping[str, float] | None = None
-    """Of each rate, by its name: how many times as much it varies as if all episodes were
-    independent; None: they are taken to be."""
+    """Design effects of each rate, by its name: how many times as much it varies as if all episodes
+    were independent; None: they are taken to be."""
 
     @classmethod
     def of(cls, records: Iterable[SafetyRecord], *, clustered: bool = False) -> SafetyRates:

@@ -41,7 +41,7 @@ class _Steps(NamedTuple):
     own: Floats
     """x, y, heading of the vehicle, shape (K, 3)."""
     own_change: Floats
-    """By which they change until the next step, shape (K, 3)."""
+    """The change of their poses until the next step, shape (K, 3)."""
     other: Floats
     other_change: Floats
 

@@ -22,7 +22,7 @@ from avsec_gym.metrics.average_precision_matching import Events, match, overlaps
 CATEGORY, LEVEL = "Car", LEVELS.index("moderate")
 """What is counted."""
 MIN_IOU = 0.5
-"""From above, a box that is right to a metre or so; or in the image."""
+"""The overlap from above: a box that is right to a metre or so; or in the image."""
 IN_IMAGE, FROM_ABOVE = 0, 1
 """Where boxes are compared."""
 
@@ -32,7 +32,7 @@ class WorkingPoint:
     """Where a detector finds most for its false alarms (best F1)."""
 
     score: float
-    """Of the boxes that count, or more."""
+    """Score of the boxes that count, or more."""
     precision: float
     recall: float
 

@@ -37,7 +37,7 @@ class WrittenFrames:
 
     written: int
     kept: int
-    """That an earlier run had written."""
+    """Files that an earlier run had written."""
     skipped: dict[str, DataError]
     """What the detector could not see, by the frame's id."""
 

@@ -25,7 +25,7 @@ from avsec_gym.perception.weights.given import SHIPPED, Weights, check_weights, 
 from avsec_gym.road_type import RoadType
 
 ROAD_TYPES = (RoadType.STREET, RoadType.HIGHWAY)
-"""In the order of the network's evidence."""
+"""Road types in the order of the network's evidence."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,11 @@ class RoadTypeConfiguration:
     """
 
     channels: tuple[int, int, int, int, int] = (16, 32, 48, 64, 64)
-    """Of the five convolutions."""
+    """Channels of the five convolutions."""
     input_size: tuple[int, int] = (96, 320)
     """Height and width to which images are reduced, multiples of 16."""
     dropout: float = 0.5
-    """Before the fully connected layer."""
+    """Dropout before the fully connected layer."""
 
     def __post_init__(self) -> None:
         if len(self.channels) != 5 or min(self.channels) < 1 or not 0 <= self.dropout < 1:

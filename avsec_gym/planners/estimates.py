@@ -20,7 +20,7 @@ class Limits(NamedTuple):
     half_length: float
     half_width: float
     centre_offset: float
-    """From the rear axle to the centre, along the heading."""
+    """The distance from the rear axle to the centre, along the heading."""
     dt: float
     step_distance: float
     """No primitive moves the centre farther than this in one time step."""

@@ -25,7 +25,7 @@ integrating; those of commonroad-search's generator keep to it exactly."""
 _NOISE = 1e-6
 """m/s: a speed of 0 that was integrated."""
 _ROUNDED = 1e-3
-"""By so much may a steering angle exceed the vehicle's limit, rad."""
+"""The rounding: by so much may a steering angle exceed the vehicle's limit, rad."""
 
 
 def read_primitives(path: str | Path) -> MotionPrimitives:

@@ -18,7 +18,8 @@ PARENT, PRIMITIVE, STEP, GOAL = range(4)
 NODES, QUEUED, EXPANDED, GOAL_NODE, CLOSED = range(5)
 """Places in `SearchState.counters`."""
 NO_GOAL, REFUSED = -1, -2
-"""In the column `GOAL`: the way to a node holds no goal state; it touches something."""
+"""Values in the column `GOAL`, in this order: the way to a node holds no goal state; it touches
+something."""
 
 _QUANTUM = 1e-6
 """States that agree to this (m, rad) are one state to the closed list."""

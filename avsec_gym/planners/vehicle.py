@@ -34,7 +34,7 @@ class Vehicle:
     max_acceleration: float
     """Radius of the friction circle."""
     switching_velocity: float
-    """Above it, the engine's power limits the acceleration to a_max v_switch / v."""
+    """The velocity above which the engine's power limits the acceleration to a_max v_switch / v."""
     min_velocity: float
     max_velocity: float
 

@@ -71,7 +71,7 @@ class Environment(TypedDict):
     """What the results of a sitting may hang on, beside the run's own arguments."""
 
     versions: dict[str, str]
-    """Of this package, of libraries and of plug-ins."""
+    """Versions of this package, of libraries and of plug-ins."""
     sources: str
     """See `package_fingerprint`."""
     python: str

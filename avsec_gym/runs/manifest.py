@@ -31,7 +31,7 @@ _REMEDY = "Name another folder with --out; the same arguments go on with this ru
 
 class _Section(TypedDict, total=False):
     section: str | None
-    """Of runs of this release."""
+    """Section of runs of this release."""
 
 
 class Asked(_Section):
@@ -73,7 +73,7 @@ class Manifest(TypedDict):
     configuration: dict[str, Any]
     """Fields of `Configuration`."""
     threads: int
-    """Of each process."""
+    """Threads of each process."""
     experiments: dict[str, Asked]
     inputs: dict[str, Input]
     sittings: list[Sitting]

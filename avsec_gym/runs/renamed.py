@@ -60,7 +60,7 @@ KEYS: Mapping[str, Mapping[str, str]] = {
     "shipped_fits": {"nobody": "no attack"},
     "chapter5_errors": {"mended": "corrected", "stakes": "headroom"},
 }
-"""By experiment or study: old key of its figures -> the key."""
+"""Keys by experiment or study: old key of its figures -> the key."""
 
 _THESIS_PGD: Mapping[str, str] = {
     "pgd-0.4": "thesis_pgd-0.4",
@@ -70,9 +70,10 @@ _THESIS_PGD: Mapping[str, str] = {
 SETTINGS: Mapping[str, Mapping[str, str]] = dict.fromkeys(
     ("demo", "chapter5", "perturbation", "inputs", "texture", "ghost_positions"), _THESIS_PGD
 )
-"""By experiment: old word of a setting -> the word; cells' arguments have these words, too."""
+"""Words by experiment: old word of a setting -> the word; cells' arguments have these words,
+too."""
 PARTS: Mapping[str, Mapping[str, str]] = {"pipeline": {"pgd": "thesis_pgd"}}
-"""By experiment: old name of a part in the run's options -> its name."""
+"""Names by experiment: old name of a part in the run's options -> its name."""
 
 _BOTH_FORMS = (
     "'pgd' changes its meaning to the projected form of Madry et al., in this version the attack"

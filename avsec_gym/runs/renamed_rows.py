@@ -20,7 +20,7 @@ _RENAMED_COLUMNS = {
     "detections": {"setting": "new_setting(cell, setting)"},
     "measurements": {"setting": "new_setting(cell, setting)"},
 }
-"""By table: the columns with names in them, and their values under the new ones."""
+"""Columns by table: the columns with names in them, and their values under the new ones."""
 
 
 def show_new_names(database: sqlite3.Connection) -> None:

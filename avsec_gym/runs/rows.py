@@ -10,7 +10,7 @@ from avsec_gym.runs.experiment import CellResult
 from avsec_gym.runs.stored_boxes import boxes_to_text
 
 Rows = dict[str, list[dict[str, Any]]]
-"""By table; column by column, without the cell's id."""
+"""Rows by table, column by column, without the cell's id."""
 
 
 def rows_of(result: CellResult) -> Rows:

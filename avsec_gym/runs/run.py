@@ -37,7 +37,7 @@ from avsec_gym.runs.this_process import ThisProcess
 from avsec_gym.storage.folders import make_folder
 
 RESULTS, LOG, FIGURES = "results.sqlite", "run.log", "figures"
-"""In a run's folder."""
+"""Names in a run's folder."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -46,9 +46,9 @@ class Backend(StrEnum):
     """Where cells are done."""
 
     LOCAL = "local"
-    """By processes of this machine."""
+    """Work by processes of this machine."""
     RAY = "ray"
-    """By a Ray cluster."""
+    """Work by a Ray cluster."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,9 @@ class RunSummary:
 
     root: Path
     cells: int
-    """That the experiments asked for need."""
+    """The cells that the experiments asked for need."""
     kept: int
-    """Of those, how many an earlier sitting had done."""
+    """How many of those an earlier sitting had done."""
     done: int
     """How many were done now."""
     failures: tuple[tuple[Cell, str], ...]

@@ -33,9 +33,9 @@ class Died:
     how: str
     """Such as ``was killed by SIGKILL``."""
     at_work: bool
-    """On the cell; else it had none, or was still making the cell's work."""
+    """Whether it was at work on the cell; else it had none, or was still making the cell's work."""
     lost: bool = False
-    """With its machine, or the way to it: no fault of the cell."""
+    """Whether it was lost with its machine, or the way to it: no fault of the cell."""
 
 
 News = Ready | Done | Failed | Unready | Died

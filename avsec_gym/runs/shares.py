@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 _MOST_WORKERS = 4
-"""On one machine, without being asked: each holds networks of its own."""
+"""The most workers on one machine, without being asked: each holds networks of its own."""
 
 
 def room(cores: Sequence[int], threads: int) -> int:

@@ -28,7 +28,7 @@ GOAL_HEADING = 0.5
 GOAL_STEPS = (4, 30)
 TIME_STEP = 0.1
 _LANES = 27
-"""As many as on the authors' map: the road edge never binds."""
+"""As many lanes as on the authors' map: the road edge never binds."""
 
 
 def build_planning_scenario(

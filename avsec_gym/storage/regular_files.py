@@ -21,7 +21,7 @@ MAX_TEXT_BYTES = 16 * 2**20
 """KITTI's text files have a few kilobytes; what is larger than this is something else."""
 
 MAX_FILE_BYTES = 2**40
-"""Of files that are read piece by piece, for their hash."""
+"""The most bytes of files that are read piece by piece, for their hash."""
 
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 _NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)

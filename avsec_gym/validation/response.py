@@ -19,13 +19,13 @@ class Response(StrEnum):
     """The ways to go on, or not to."""
 
     STOP = "stop"
-    """It brakes until it stands (`avsec_gym.emergency_stop`)."""
+    """The car brakes until it stands (`avsec_gym.emergency_stop`)."""
     DROP = "drop"
-    """It drives on without the compromised sensors, through another pair of cameras if need be, and
-    stops where that is impossible (`without_compromised_sensors`)."""
+    """The car drives on without the compromised sensors, through another pair of cameras if need
+    be, and stops where that is impossible (`without_compromised_sensors`)."""
     REPAIR = "repair"
-    """It drives on with the data of compromised sensors repaired by the others, and stops where
-    these are too few (`with_compromised_sensors_repaired`)."""
+    """The car drives on with the data of compromised sensors repaired by the others, and stops
+    where these are too few (`with_compromised_sensors_repaired`)."""
 
     @classmethod
     def named(cls, name: Response | str) -> Response:

@@ -35,7 +35,8 @@ SHIPPED_SYSTEMS = (
     SensorSystem((LIDAR, 3, 2)),
     SensorSystem((1, 3, 2)),
 )
-"""Of KITTI's rig: LiDAR and cameras 1, 3 and 2; those of a frame in the object layout; cameras."""
+"""Shipped systems of KITTI's rig: LiDAR and cameras 1, 3 and 2; those of a frame in the object
+layout; cameras."""
 FITS = Path(__file__).parent / "fits"
 """Where the files are."""
 

@@ -29,7 +29,7 @@ _TIMES, _LONGEST = ("seconds", "locating_seconds"), 1e6
 """Fields of a row, and the most seconds that a frame takes: eleven days."""
 _AWAY = "Name another --out, or take this folder away."
 RECORD, ROWS = "validation.json", "frames.jsonl"
-"""Whose results these are; the results."""
+"""The files: whose results these are; the results."""
 THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples.jsonl"
 """The errors of clean frames; the model; what was measured of the frames that it was fitted on."""
 

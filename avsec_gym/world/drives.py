@@ -39,7 +39,7 @@ __all__ = [
 STEP = 0.1
 """Seconds between frames."""
 MOST_DRIVE_FRAMES = 10_000
-"""Of a drive: KITTI's longest has 5,177."""
+"""Most drive frames of a drive: KITTI's longest has 5,177."""
 
 _BEFORE, _BEYOND = 80.0, 260.0
 """Metres of road before the ego vehicle's first place and beyond its last."""

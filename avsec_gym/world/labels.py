@@ -28,7 +28,7 @@ _UNKNOWN = 3
 _UNDECIDED_AT_BORDER, _UNDECIDED = 0.25, 0.14
 """Shares of objects with unknown occlusion in KITTI: cut by the border; other large vehicles."""
 FEWEST_PIXELS = 12
-"""That are seen of a labelled object."""
+"""Fewest pixels that are seen of a labelled object."""
 FARTHEST = 90.0
 """Metres ahead; KITTI labels little beyond 80 m."""
 
@@ -37,7 +37,7 @@ class FrameLabels(NamedTuple):
     """The contents of a label file, and the actor of each line."""
 
     boxes: Boxes3D
-    """With 2D boxes, truncation, occlusion, alpha and moving flags, from near to far."""
+    """Boxes with 2D boxes, truncation, occlusion, alpha and moving flags, from near to far."""
     actor: NDArray[np.int64]
     """Index of each box's actor, shape (N,)."""
     dont_care: Floats

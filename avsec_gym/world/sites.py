@@ -32,7 +32,7 @@ _SHARPEST = {
 }
 """Smallest radius of a bend, metres."""
 _LARGEST_TURN = 1.2
-"""By which a road's heading departs from its mean at most, radians."""
+"""The largest turn by which a road's heading departs from its mean at most, radians."""
 _STREETS = {Style.CITY: 1.6, Style.RESIDENTIAL: 1.3, Style.CAMPUS: 0.7, Style.RURAL: 0.5}
 """Side streets for 200 m of road on average; never more than three."""
 

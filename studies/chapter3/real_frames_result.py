@@ -9,7 +9,7 @@ from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.metrics.clustered_shares import Share
 
 Measures = Mapping[str, float | None]
-"""By the names of `MEASURES`; None: a threshold that does not matter."""
+"""Measures by the names of `MEASURES`; None: a threshold that does not matter."""
 
 
 @dataclass(frozen=True)

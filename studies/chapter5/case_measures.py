@@ -42,8 +42,8 @@ CASE_MEASURES = (
 planning the divergence, both negative."""
 
 CaseMeasures = Mapping[Condition, Mapping[str, Floats]]
-"""For each condition and measure, numerators and denominators by scenario and intention, shape
-(S, 3, 2); a denominator of 0: there is nothing to measure."""
+"""Numerators and denominators by scenario and intention, shape (S, 3, 2); a denominator of 0: there
+is nothing to measure."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,11 +34,11 @@ class ContactWeights(NamedTuple):
     """Weights of the objects of a scene, summed."""
 
     found: float
-    """Of real objects that a box means."""
+    """How many real objects a box means."""
     real: float
-    """Of all real objects."""
+    """The number of all real objects."""
     invented: float
-    """Of boxes that mean no real object."""
+    """The number of boxes that mean no real object."""
 
     @property
     def recall(self) -> float:

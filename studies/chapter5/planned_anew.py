@@ -19,7 +19,8 @@ from avsec_gym.scenario.scene import Motion, Scene
 
 Name = TypeVar("Name")
 Change = Callable[[Boxes3D, Scene], Boxes3D]
-"""From all detections of a scene, whatever their score, to the boxes that are planned on."""
+"""A function from all detections of a scene, whatever their score, to the boxes that are planned
+on."""
 
 
 def planned_anew(

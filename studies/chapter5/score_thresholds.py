@@ -28,7 +28,7 @@ from studies.chapter5.planned_anew import planned_anew
 from studies.chapter5.run_page import run_page
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
-"""Of scores that are probabilities."""
+"""Thresholds of scores that are probabilities."""
 
 
 @dataclass(frozen=True)

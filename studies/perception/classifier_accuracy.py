@@ -81,7 +81,7 @@ class MotionAccuracy:
     with_neighbour: Accuracy
     single_crop: Accuracy
     single_crop_of_the_same: Accuracy
-    """Of the objects that have a neighbouring frame, too."""
+    """The single crops of the objects that have a neighbouring frame, too."""
     by_distance: Mapping[str, Accuracy]
 
 
@@ -137,7 +137,7 @@ class MotionResult:
     """Their sha256."""
     world: WorldMotion | None = field(default=None, metadata=OPTIONAL)
     real: Mapping[str, RealMotion] | None = field(default=None, metadata=OPTIONAL)
-    """By the kind of truth."""
+    """Results on real crops by the kind of truth."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,8 @@ from avsec_gym.metrics.average_precision import average_precision
 from studies.perception.detection_errors import CATEGORY, Pairs, paired
 
 Correction = Callable[[Boxes3D, Boxes3D, Pairs], Boxes3D]
-"""From a frame's labels and detections, and which detection means which label, to better ones."""
+"""A function from a frame's labels and detections, and which detection means which label, to better
+ones."""
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ class CarErrors:
     overlap: Floats
     """The largest intersection over union from above with any detection, shape (N,)."""
     score: Floats
-    """Of the detection that means the car, NaN where none does, shape (N,)."""
+    """Score of the detection that means the car, NaN where none does, shape (N,)."""
     values: dict[str, Floats]
     """Found minus true, by `ERRORS`; NaN where no detection means the car, shape (N,) each."""
     is_reversed: NDArray[np.bool_]
@@ -83,7 +83,7 @@ class DistanceErrors:
     reversed: float | None
     """The share of seen ones whose detection heads the other way."""
     errors: Mapping[str, ErrorSpread]
-    """Of the seen ones, by `ERRORS`."""
+    """The errors of the seen ones, by `ERRORS`."""
 
 
 def paired(truth: Boxes3D, found: Boxes3D) -> Pairs:

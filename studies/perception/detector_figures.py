@@ -36,7 +36,7 @@ class Example:
     """How many frames were ordered."""
     frame: str
     counts: Mapping[str, Counts]
-    """By detector."""
+    """Counts by detector."""
 
 
 def draw_precision(

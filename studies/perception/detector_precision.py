@@ -46,7 +46,7 @@ class ScoredDetector:
     """A detector, its scores, and what they are held against."""
 
     asked: str
-    """As the command line names it."""
+    """What is asked, as the command line names it."""
     weights: WeightsFacts | None
     bar: float | None
     """See `BARS`."""

@@ -26,11 +26,12 @@ from studies.perception.detection_errors import (
 )
 
 IOUS = {"0.7": STANDARD_IOU, "0.5": LOW_IOU}
-"""From above and in space; in the image always 0.7, as in KITTI's second set of thresholds."""
+"""The overlaps from above and in space; in the image always 0.7, as in KITTI's second set of
+thresholds."""
 
 FEWEST_CARS = 41
-"""With fewer, KITTI's recall points cannot all be reached, and even a perfect detector has less
-than 100 %: a range of distance is left out then."""
+"""The fewest cars: with fewer, KITTI's recall points cannot all be reached, and even a perfect
+detector has less than 100 %: a range of distance is left out then."""
 
 _IGNORED = NEIGHBOURS[CATEGORY.lower()].capitalize()
 
@@ -59,7 +60,8 @@ class ModeratePrecision:
 
 
 Precision = Mapping[str, LevelPrecision]
-"""In the image (``2d``), from above (``bev``), in space (``3d``), and of orientation (``aos``)."""
+"""Precision in the image (``2d``), from above (``bev``), in space (``3d``), and of orientation
+(``aos``)."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ class DetectorScores:
 
     detections: int
     average_precision: Mapping[str, Precision]
-    """By `IOUS`."""
+    """Average precision by `IOUS`."""
     by_distance: Sequence[DistancePrecision]
     errors: Sequence[DistanceErrors]
     corrected: Mapping[str, CorrectedPrecision]

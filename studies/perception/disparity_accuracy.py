@@ -109,7 +109,7 @@ class DisparityAccuracy:
     """Height and width, pixels."""
     world: MeasuredPairs | None = field(default=None, metadata=OPTIONAL)
     real: Mapping[str, MeasuredPairs] | None = field(default=None, metadata=OPTIONAL)
-    """By pair."""
+    """Results on real pairs, by pair."""
 
 
 def run(options: argparse.Namespace) -> DisparityAccuracy:

@@ -47,7 +47,7 @@ class LabelledData:
     seed: int | None
     assets: str | None
     fingerprint: str | None
-    """Of the sources of the world."""
+    """Fingerprint of the sources of the world."""
     frames: int
     objects: int
     cars: CarsToFind

@@ -61,7 +61,7 @@ class LabelledCar:
     ahead: float | None
     """Metres."""
     to_find: bool
-    """At the moderate level."""
+    """Cars to find at the moderate level."""
     score: float | None
     """None where no detection means it."""
     depth_error: float | None
@@ -98,7 +98,7 @@ class RealDetections:
     """What a detector finds in all frames."""
 
     least_score: float
-    """Of the boxes that count."""
+    """Least score of the boxes that count."""
     frames: Mapping[str, ComparedFrame]
     all: FrameCounts
 

@@ -87,7 +87,7 @@ class ScoredSensor:
     sensor: str
     weights: WeightsFacts | None
     average_precision: Mapping[str, Precision]
-    """By `IOUS`."""
+    """Average precision by `IOUS`."""
     working_point: WorkingPoint | None
     seconds: FrameTime
     real: RealFrames | None = field(default=None, metadata=OPTIONAL)

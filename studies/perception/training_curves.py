@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NETWORKS = ("dsgn", "stereo_rcnn", "psmnet", "pixor", "pointrcnn", "faster_rcnn", "yolo")
-"""Whose curves are shown."""
+"""Networks whose curves are shown."""
 MOST_POINTS = 100
-"""Of losses; each is the mean of as many rows as needed."""
+"""Most points of losses; each is the mean of as many rows as needed."""
 
 _LEAVE_OUT = "Leave it out."
 _SHOWN = {
@@ -41,7 +41,7 @@ _SHOWN = {
     "Car_3d_ap11": "in space, IoU 0.7",
     "right_3px": "right to 3 px and 5 %",
 }
-"""Of the metrics, all in percent."""
+"""What is shown of the metrics, all in percent."""
 
 
 @dataclass(frozen=True)

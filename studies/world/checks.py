@@ -50,7 +50,7 @@ class SceneChecks:
     pierced: list[int]
     """Actors with scenery inside."""
     contact: list[float]
-    """For each actor in the sun the share of its contact points whose shadow begins at them."""
+    """The share, for each actor in the sun, of its contact points whose shadow begins at them."""
     repeat: float | None
     """See `texture_repeat`."""
     horizon: float | None

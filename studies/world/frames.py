@@ -151,7 +151,7 @@ class MeasuredRows:
     """The files of `MeasuredFrames`, read."""
 
     files: Sequence[Mapping[str, Mapping[str, Any]]]
-    """For each frame the rows of its measures, by their names."""
+    """The rows, for each frame, of its measures, by their names."""
 
     def of(self, measure: Callable[[PosedScene, Capture], Row]) -> list[Row]:
         """The rows of one measure, frame by frame."""

@@ -49,7 +49,7 @@ _VEHICLES = 3
 _BESIDE = 0.4
 """Width of the land that a scan from above shows, as a share of its length."""
 _QUALITY = 80
-"""Of JPEG: all pictures of the page together have about a megabyte."""
+"""Quality of JPEG: all pictures of the page together have about a megabyte."""
 
 
 def frame_of(id: str, rig: SensorRig) -> Image:

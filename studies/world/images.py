@@ -72,7 +72,7 @@ class ImageComparison:
     frames: int
     real_frames: list[str]
     quantities: Mapping[str, ImageQuantity]
-    """By the names of `QUANTITIES`."""
+    """Quantities by the names of `QUANTITIES`."""
 
 
 def statistics(image: Image) -> dict[str, float]:

@@ -57,14 +57,14 @@ class LabelQuantity:
     title: str
     kind: Literal["wasserstein", "variation"]
     unit: str
-    """Of the distance; empty for a total variation."""
+    """Unit of the distance; empty for a total variation."""
     distance: float | None
     yardstick: float | None
     """The distance that chance alone makes: of random real frames, as many as rendered ones."""
     mean_ours: float | None
     mean_kitti: float | None
     edges: list[float]
-    """Of the histograms."""
+    """Edges of the histograms."""
     ours: list[float]
     """The share in each bin."""
     kitti: list[float]
@@ -79,7 +79,7 @@ class LabelComparison:
     categories: list[str]
     objects_per_frame: ObjectsPerFrame
     quantities: Mapping[str, LabelQuantity]
-    """By the names of `COMPARED`."""
+    """Quantities by the names of `COMPARED`."""
 
 
 def measure(posed: PosedScene, capture: Capture) -> LabelRow:

@@ -30,7 +30,7 @@ class QuantityDistance:
 
     kind: Literal["wasserstein", "variation"]
     unit: str
-    """Of the distance; empty for a total variation."""
+    """Unit of the distance; empty for a total variation."""
     distance: float
     yardstick: float
     """The same distance between two random halves of KITTI."""
@@ -69,7 +69,7 @@ class OccupiedGoals:
 
     ours: Mapping[str, float]
     scenarios: Mapping[str, float] | None
-    """Of the labelled driving-safety scenarios."""
+    """Scenarios of the labelled driving-safety scenarios."""
 
 
 @dataclass(frozen=True)
@@ -87,11 +87,11 @@ class LayoutComparison:
     layouts: LayoutSet
     kitti_frames: int
     quantities: Mapping[str, QuantityDistance]
-    """By the names of `QUANTITIES`."""
+    """Quantities by the names of `QUANTITIES`."""
     objects_per_frame: ObjectsPerFrame
     sizes: SizesByCategory
     occupied_goals: Mapping[str, OccupiedGoals]
-    """By road type."""
+    """Occupied goals by road type."""
 
 
 def statistics(sample: Sample) -> dict[str, Floats]:

@@ -53,7 +53,7 @@ class Quantity:
     unit: str
     measure: Callable[[Sample], Floats]
     edges: Floats
-    """Of the histogram's bins."""
+    """Edges of the histogram's bins."""
     kind: Literal["wasserstein", "variation"] = "wasserstein"
     """1-Wasserstein distance of the samples, in the unit, or total variation of the histograms."""
 

@@ -39,7 +39,7 @@ class Meeting:
     shared: float
     """The share that two or more see."""
     interval: tuple[float, float]
-    """Of this share, 95 %."""
+    """Interval of this share, 95 %."""
 
 
 @dataclass(frozen=True)

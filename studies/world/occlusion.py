@@ -69,7 +69,7 @@ class OcclusionThresholds:
     in_use: Agreement
     in_use_without_scenery: Agreement
     shares_by_level: list[list[float]]
-    """Of each annotated level the 10, 25, 50, 75 and 90 % quantiles of seen shares."""
+    """For each annotated level, the 10, 25, 50, 75 and 90 % quantiles of seen shares."""
 
 
 def measure(posed: PosedScene, capture: Capture) -> SeenShares:

@@ -60,9 +60,9 @@ class ScanNumbers:
     beams: list[int]
     """How many points there are in each beam, from the top."""
     noise_near: float | None
-    """Of ranges at 4 to 12 m, metres."""
+    """The noise of ranges at 4 to 12 m, metres."""
     noise_far: float | None
-    """Of ranges at 20 to 40 m, metres."""
+    """The noise of ranges at 20 to 40 m, metres."""
     residual_2m: float | None
     """Median distance of the road from planes in squares of 2 m, metres."""
     residual_5m: float | None
@@ -117,9 +117,9 @@ class DepthAgreements:
     points: int
     behind_windows: int
     agree: float | None
-    """Of all points."""
+    """The share of all points that agree."""
     frames: Percentiles
-    """Of each frame's share."""
+    """Quantiles of each frame's share."""
     median: Percentiles
 
 
@@ -129,7 +129,7 @@ class BoxAgreements:
 
     points: int
     inside: float | None
-    """Of all points."""
+    """The share of all points inside."""
     worst: Percentiles
     foreign: int
 

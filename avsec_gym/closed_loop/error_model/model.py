@@ -38,7 +38,7 @@ FARTHEST = 60.0
 """Metres.  Objects beyond concern no planner, and models are fitted to none: they are taken as if
 they were as near as this, since a growth that goes on would put them anywhere."""
 _LARGEST = 1e3
-"""Of a ghost's place, metres, and of its heading."""
+"""The largest coordinate of a ghost's place, metres, and of its heading."""
 _FEWEST = 0.1
 """Degrees of freedom; with fewer, errors are beyond all numbers."""
 _REMEDY = "Fit it anew with `avsec error-model fit`."

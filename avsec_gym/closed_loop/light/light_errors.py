@@ -31,7 +31,7 @@ class _Errors(NamedTuple):
     scale: Floats
     growth: Floats
     quantiles: Floats
-    """That of `quantile_table`."""
+    """The table of `quantile_table`."""
     turned_round: float
     moving: bool
     """Whether it is known how things move."""

@@ -23,7 +23,7 @@ _CAMERA_HEIGHT = 1.65
 """Metres above the ground, as KITTI mounts it and the procedural world does."""
 _CAR_HEIGHT = 1.45
 _MOST_POINTS = 6000
-"""Of a scan; more hide what they hit, and make the page heavy."""
+"""Most points of a scan; more hide what they hit, and make the page heavy."""
 _CENTIMETRES = 100
 
 

@@ -24,7 +24,7 @@ BEYOND = {
     SMALLER: (LidarSpoofing(width=1.0), Facula(radius=(60.0, 120.0))),
     OTHER: (LidarSpoofing(rays_lost=True), Facula(strength=128.0)),
 }
-"""By kind: on the LiDAR, and on a camera."""
+"""The bounds by kind: on the LiDAR, and on a camera."""
 
 _STREAM = {FITTED: 1, JUDGED: 2, SMALLER: 3, OTHER: 4}
 

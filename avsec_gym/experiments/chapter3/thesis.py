@@ -34,7 +34,7 @@ ERROR_BOUNDS: dict[Triple, ErrorBounds] = {
     SCENARIOS["three cameras"]: ErrorBounds(0.10, "virtually all", 0.125, "99 %"),
     (0, 1, 3): ErrorBounds(0.23, "most", 0.23, "all"),
 }
-"""By triple (figures 3.5, 3.7 and 3.9)."""
+"""Error bounds by triple (figures 3.5, 3.7 and 3.9)."""
 
 OBJECT_LEVEL = {
     (scenario, iou): percent / 100

@@ -96,7 +96,7 @@ class _Look:
     seen_as: str = ""
     """Attack in the setting of detections, if it is not `attack`: a specific one has intentions."""
     place: PatchPlace | None = None
-    """Of a patch."""
+    """Place of a patch."""
     whole_levels: bool = False
     attacked: SensorFrame | None = None
     """The frame that the attack began with; None: the clean one."""

@@ -28,7 +28,7 @@ from avsec_gym.scenario.intention import Intention
 _ROUNDING = 1e-3
 """Grey levels by which float arithmetic may miss a budget."""
 _Values = dict[tuple[str, float, str], dict[str, float]]
-"""By setting, strength and name of a measurement: its value in each scenario."""
+"""Values by setting, strength and name of a measurement: its value in each scenario."""
 
 
 @dataclass(frozen=True)

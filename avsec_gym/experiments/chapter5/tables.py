@@ -34,7 +34,7 @@ from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 
 PrecisionByMetric = Mapping[str, Mapping[str, Any]]
-"""As of `AveragePrecision.to_json`, of one class."""
+"""The form of `AveragePrecision.to_json`, of one class."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 
 _PATCH = PATCHES[0]
 SCENES = 8
-"""As many as are done in about three minutes on two cores, from nothing."""
+"""As many scenes as are done in about three minutes on two cores, from nothing."""
 
 
 def unpatched(options: Options) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ _KNOWN = {
     # first training pairs of KITTI's stereo benchmarks 2012 and 2015, see docs/detectors.md.
     "1ef1b757f0ca909c6fae20281dc0283965e8d47e034e47502dcb16f845ad143d": True,
 }
-"""By the SHA-256 of a checkpoint's file."""
+"""What is known, by the SHA-256 of a checkpoint's file."""
 
 _CROP = (256, 640)
 """Height and width of what is looked at: the least that the largest window of the means takes, and

@@ -47,7 +47,7 @@ class PsmNetConfiguration:
     features: FeatureConfiguration = _FEATURES
     volume_channels: int = 32
     groups: int = 0
-    """Of normalised channels in the volume, see `normalisation`."""
+    """Groups of normalised channels in the volume, see `normalisation`."""
     disparity_step: int = 1
     """Between the disparities whose expectation is taken: 1, costs are interpolated between the
     planes of the volume; 4, those planes."""

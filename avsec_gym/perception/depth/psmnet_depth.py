@@ -19,7 +19,7 @@ from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.recorded import recorded_corners
 
 _MEAN, _DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
-"""Of ImageNet's red, green and blue, as shares of 255."""
+"""The mean and the deviation of ImageNet's red, green and blue, as shares of 255."""
 _MULTIPLE = 16
 
 

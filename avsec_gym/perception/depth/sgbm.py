@@ -14,7 +14,7 @@ from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 
 _STEPS = 16.0
-"""In which OpenCV counts a pixel."""
+"""Steps in which OpenCV counts a pixel."""
 _BETWEEN = {
     "left": (0, 100),
     "right": (0, 100),

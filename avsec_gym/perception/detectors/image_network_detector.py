@@ -20,7 +20,7 @@ from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.weights.given import Weights
 
 Levels = tuple[float, float, float]
-"""Of red, green and blue."""
+"""The levels of red, green and blue."""
 
 
 class ImageConfiguration(Protocol):

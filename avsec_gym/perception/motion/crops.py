@@ -27,7 +27,7 @@ _NEAREST = 0.5
 _SMALLEST = 4.0
 """Pixels: sides of the smallest object's 2D box."""
 _MOST_SAMPLES = 6
-"""In a crop's pixel, along each side."""
+"""The most samples in a crop's pixel, along each side."""
 
 
 def object_regions(

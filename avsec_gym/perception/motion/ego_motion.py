@@ -13,9 +13,9 @@ from avsec_gym.geometry import Floats
 Float32s = NDArray[np.float32]
 
 _CORNERS, _QUALITY, _SPACING = 1500, 0.004, 8
-"""Of Shi and Tomasi's corners."""
+"""Corners and quality and spacing of Shi and Tomasi's corners."""
 _WINDOW, _LEVELS = 21, 4
-"""Of Lucas and Kanade's tracker, pixels and halvings."""
+"""Window and levels of Lucas and Kanade's tracker, pixels and halvings."""
 _ROUND_TRIP = 0.5
 """Pixels that a corner may be off when it is tracked there and back."""
 _EPIPOLAR, _LEAST_DISPARITY = 1.0, 2.0

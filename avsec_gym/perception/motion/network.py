@@ -33,7 +33,7 @@ class MotionConfiguration:
     hidden: int
     """Neurons between the two fully connected layers."""
     dropout: float = 0.5
-    """Before each of them."""
+    """Dropout before each of them."""
     normalised: bool = False
     """Batch normalisation after each convolution; VGG-16 has none."""
 

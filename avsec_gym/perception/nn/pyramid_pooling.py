@@ -44,7 +44,7 @@ class FeatureConfiguration:
     semantic: tuple[int, int] | None = None
     """The same of the head for meaning; none where a network has no such head."""
     groups: int = 0
-    """Of normalised channels, see `normalisation`."""
+    """Groups of normalised channels, see `normalisation`."""
 
     def __post_init__(self) -> None:
         if len(self.stages) != 4 or not set(self.joined) <= {2, 3, 4}:

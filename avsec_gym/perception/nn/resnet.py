@@ -19,7 +19,7 @@ EXPANSION = 4
 """A bottleneck's outer channels over its inner ones."""
 
 GROUPS = 8
-"""Of channels, where groups are normalised."""
+"""Groups of channels, where groups are normalised."""
 
 
 class ResidualConfiguration(Protocol):

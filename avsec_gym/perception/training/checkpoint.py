@@ -24,9 +24,9 @@ CHECKPOINT = "checkpoint.pt"
 """Its name in the folder of a run."""
 
 _LONGEST = 1e12
-"""Of steps and of seconds, more than any training has."""
+"""The longest of steps and of seconds, more than any training has."""
 _FASTEST = 1e6
-"""Of learning rates: steps of patches are in grey levels."""
+"""The fastest of learning rates: steps of patches are in grey levels."""
 _DAMAGED = "It may be cut off or damaged; remove it to begin anew."
 _OTHER_RUN = "Name another folder with --out, or remove this one."
 

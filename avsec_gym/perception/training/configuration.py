@@ -27,7 +27,7 @@ class TrainingConfiguration:
     final_rate: float = 0.01
     """The last rate, as a share of the highest."""
     weight_decay: float = 1e-4
-    """On weights, not on biases and normalisations."""
+    """The decay of weights; there is none of biases and normalisations."""
     clip: float = 10.0
     """Longest gradient; a longer one is shortened to it."""
     average: float = 0.998
@@ -40,7 +40,7 @@ class TrainingConfiguration:
     """Numbers to calculate in.  Measured: bfloat16, where it is safe, if a few steps at the start
     are clearly quicker in it.  A run goes on with what it began with."""
     seed: int = 0
-    """Of first weights, order, augmentation and sampling."""
+    """Seed of first weights, order, augmentation and sampling."""
 
     def __post_init__(self) -> None:
         counts = (self.epochs, self.batch, self.validate_every, self.patience or 1)
@@ -121,7 +121,7 @@ class Machine:
     """
 
     device: str = "cpu"
-    """Of torch, such as ``cpu`` or ``cuda``; DSGN and Stereo R-CNN were tried on a GPU."""
+    """Device of torch, such as ``cpu`` or ``cuda``; DSGN and Stereo R-CNN were tried on a GPU."""
     loaders: int = 1
     """Threads that prepare the next steps; on a GPU processes."""
     minutes: float | None = None

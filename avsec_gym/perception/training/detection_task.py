@@ -55,7 +55,7 @@ class DetectionTask(StereoTask, Generic[_Detector]):
     """
 
     leading_measure: str
-    """By which the best weights are chosen; see `precision`."""
+    """The measure by which the best weights are chosen; see `precision`."""
     measures: tuple[str, ...]
     """All that a validation reports; see `precision`."""
 

@@ -49,9 +49,9 @@ class ScanTask(Generic[_Detector, Samples]):
     """
 
     view: str
-    """In which the detector is judged first of all."""
+    """The view in which the detector is judged first of all."""
     largest_turn: float
-    """Of varied samples, radians."""
+    """The largest turn of varied samples, radians."""
 
     def __init__(
         self,

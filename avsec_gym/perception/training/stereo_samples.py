@@ -49,7 +49,7 @@ _ARRAYS: dict[str, tuple[tuple[int, ...], Any]] = {
     "right_disparity": ((), np.uint16),
 }
 _STORED_STEPS = 256.0
-"""Of a disparity's pixel, as in KITTI's files."""
+"""Steps of a disparity's pixel, as in KITTI's files."""
 _AGAIN = "Remove the folder; it is made anew."
 _FACTS = "samples.json"
 _PROCESSORS = os.cpu_count() or 1

@@ -30,7 +30,7 @@ class Task(Protocol[B]):
     trained: nn.Module
     """All that is learned: the network, or a module of the network and of weights of losses."""
     leading_metric: str
-    """Of `validate`, by which the best weights are chosen; larger is better."""
+    """The metric of `validate` by which the best weights are chosen; larger is better."""
 
     @property
     def samples(self) -> int:

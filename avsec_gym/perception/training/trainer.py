@@ -28,7 +28,8 @@ class TrainingResult:
     best: float | None
     """The highest leading metric."""
     last: HeldOutResult | None
-    """Of the averaged weights that the network was left with; None unless the training finished."""
+    """The last of the averaged weights that the network was left with; None unless the training
+    finished."""
     compute: Compute
 
 

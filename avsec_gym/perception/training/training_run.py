@@ -43,7 +43,7 @@ class Compute:
     samples: int
     """Seen so far, each as often as it was."""
     seconds: float
-    """Of steps alone, without validations and checkpoints."""
+    """Seconds of steps alone, without validations and checkpoints."""
     arithmetic: str
     """Numbers that it calculates in, and why."""
 
@@ -62,7 +62,7 @@ class HeldOutResult:
     metrics: dict[str, float]
     is_best: bool
     seconds: float
-    """Of training so far."""
+    """Seconds of training so far."""
     compute: Compute
 
 

@@ -65,7 +65,8 @@ GRAMMAR: dict[str, str] = {
     "center": "x y z?",
     "point": "x y z?",
 }
-"""By an element's name, or its parent's and its own: what stands in it, at least one of all that.
+"""The contents by an element's name, or its parent's and its own: at least one of all that stands
+in it.
 
 ``?`` is at most once, ``*`` any number, ``+`` once or more, nothing is exactly once; ``|`` stands
 between alternatives; the order does not count.  Elements that are not here hold a value and no

@@ -28,9 +28,9 @@ BOUNDS: dict[str, Bounds] = {
     "velocity": SPEED,
     "time": TIME_STEP,
 }
-"""By the name of the element that holds a number, or its exact value or interval."""
+"""The bounds by the name of the element that holds a number, or its exact value or interval."""
 OTHERWISE = Bounds(-1e8, 1e8)
-"""Of all other elements with values, such as accelerations."""
+"""The bounds of all other elements with values, such as accelerations."""
 _WHOLE = re.compile(r"-?\d{1,18}", re.ASCII)
 _VALUES = ("exact", "intervalStart", "intervalEnd")
 

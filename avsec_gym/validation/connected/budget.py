@@ -81,7 +81,7 @@ class MessageBudget:
 
 
 _THINNEST = 12
-"""Of a claim of 120 voxels ten are left, twice as many as decide something."""
+"""The thinnest share: of a claim of 120 voxels ten are left, twice as many as decide something."""
 
 
 def _every(claims: Claims, step: int) -> Claims:

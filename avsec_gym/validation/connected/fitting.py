@@ -45,7 +45,7 @@ class MeasuredAttack(TypedDict):
     kind: str
     victim: int
     counts: list[list[int]]
-    """As `_listed` has them."""
+    """Counts as `_listed` has them."""
     distances: list[float]
 
 

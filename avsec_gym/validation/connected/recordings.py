@@ -13,7 +13,7 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from avsec_gym.world.export import ConnectedInstant, ConnectedWorld, SensorVehicle
 
 Poses = Literal["measured", "true"]
-"""Whose poses align the scans: those that the vehicles measure, or the true ones."""
+"""The poses that align the scans: those that the vehicles measure, or the true ones."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from avsec_gym.validation.connected.recordings import Poses, RecordedInstant, re
 from avsec_gym.world.export import ConnectedWorld
 
 PosesOf = Literal["measured", "true", "registration"]
-"""Whose poses align the scans; those of a raw drive are measured by oxts, or registered."""
+"""The poses that align the scans; those of a raw drive are measured by oxts, or registered."""
 Layout = Literal["connected", "opv2v", "kitti_raw"]
 VEHICLES, APART = 3, 5
 """Scans of a raw drive that stand for vehicles at one instant, and the frames between them."""

@@ -28,7 +28,7 @@ MIN_KNOWN = 0.5
 AROUND = 16
 """Pixels to each side; matchers make near things wider by up to some eight."""
 STEP = 2
-"""From one of these pixels to the next one that is looked at."""
+"""The step from one of these pixels to the next one that is looked at."""
 
 
 class LidarEye(NamedTuple):

@@ -37,9 +37,9 @@ class Brightness(NamedTuple):
     """Shares of matched pixels that are not as bright in both images of a pair, from 0 to 1."""
 
     brighter: float
-    """In the reference's image: light into the reference."""
+    """The brighter pixels in the reference's image: light into the reference."""
     darker: float
-    """In the reference's image: light into the other camera."""
+    """The darker pixels in the reference's image: light into the other camera."""
     patches: float
     """Brighter, or darker, and so are most around them: light, not a matcher's errors."""
 

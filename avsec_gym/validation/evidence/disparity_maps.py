@@ -29,7 +29,7 @@ class PairView(NamedTuple):
     map: DisparityMap
     """DM_{i,k}, in the scale of the two cameras; a LiDAR's in that of (k - 1, k)."""
     brightness: Brightness | None
-    """Of two cameras, matched by the map."""
+    """The brightness of two cameras, matched by the map."""
 
 
 class DisparityMaps:

@@ -35,16 +35,17 @@ FOLDS = 5
 """A fit holds out one of so many parts at a time, and needs as many drives."""
 _WEIGHTS, _OFFSETS = (0.0, 3.0), (-8.0, 8.0)
 _USUAL_WEIGHT = 0.5
-"""Of a term, as far as nothing else is learned."""
+"""The weight of a term, as far as nothing else is learned."""
 _FINEST = 0.2
-"""Of u; nothing is more exact."""
+"""The finest step of u; nothing is more exact."""
 _UNSEEN = 0.02
 """Share of a density that is for what no sample shows: of clean frames the normal distribution, of
 attacked ones one that is twice as wide as they are."""
 _LEAST_DENSITY = -50.0
 """Its logarithm."""
 _MOST_TERMS = 100_000_000
-"""That weights are learned from, so that memory suffices: of some of the samples if need be."""
+"""The most terms that weights are learned from, so that memory suffices: of some of the samples if
+need be."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,9 +49,9 @@ from avsec_gym.validation.state_posterior import (
 
 _KIND = "likelihoods"
 _STRANGEST = 0.2
-"""Of the designated false alarm rate that part which is spent on frames like none of the fit."""
+"""The part of the designated false alarm rate that is spent on frames like none of the fit."""
 _MOST_DEPENDENCE = 60.0
-"""Of ln c; what is far from all that was seen turns nothing over."""
+"""The bound of ln c; what is far from all that was seen turns nothing over."""
 _AT_ONCE = 4096
 """Frames, so that memory stays small."""
 _BETWEEN = {

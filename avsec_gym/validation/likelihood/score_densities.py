@@ -13,13 +13,13 @@ from avsec_gym.validation.evidence.evidence import Scope
 from avsec_gym.validation.state_posterior import States
 
 PATTERNS = 8
-"""In which the three sensors of a triple can be attacked or not."""
+"""Patterns in which the three sensors of a triple can be attacked or not."""
 LEAST_SCORE, STEP, SCORES = -9.0, 0.1, 311
 """Where densities are known: the first score u, from one to the next, and how many."""
 _LEAST_EIGENVALUE = 0.02
-"""Of a correlation matrix that was put together from pairs."""
+"""Least eigenvalue of a correlation matrix that was put together from pairs."""
 _LEAST_CHANCE = 1e-9
-"""Beyond this, nothing is farther out."""
+"""The chance beyond which nothing is farther out."""
 
 
 def element_patterns(states: States, scopes: Sequence[Scope]) -> NDArray[np.intp]:

@@ -25,7 +25,7 @@ from avsec_gym.world.motion import later, motion_of
 from avsec_gym.world.traffic.egos import EGO_SPACING
 
 MOST_VEHICLES = 100
-"""At one instant."""
+"""Most vehicles at one instant."""
 _LONGEST_APART = 0.1
 """Seconds between two vehicles' triggers: a sensor's period."""
 

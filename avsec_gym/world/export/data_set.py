@@ -38,7 +38,7 @@ class DataSetReport:
     left_out: int = 0
     """Frames whose sources are broken; each has its remark."""
     remarks: tuple[str, ...] = ()
-    """On the frames made now."""
+    """Remarks on the frames made now."""
 
 
 def make_data_set(

@@ -33,7 +33,7 @@ from avsec_gym.world.labels import dont_care_boxes
 from avsec_gym.world.posed_scenes import PosedScene
 
 TruthPlace = Callable[[str, str], Path]
-"""From a kind of truth, such as ``disparity``, and a suffix to a frame's file."""
+"""A function from a kind of truth, such as ``disparity``, and a suffix to a frame's file."""
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
 """What gets a moving flag; the rest is no obstacle (as in the labelled scenarios)."""

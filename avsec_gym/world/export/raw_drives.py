@@ -26,7 +26,7 @@ from avsec_gym.world.export.scene_file import actors_of, read_scene_file
 from avsec_gym.world.export.tracks import Sighting, tracklets_of
 
 DATE = "2026_01_01"
-"""Of all drives."""
+"""Date of all drives."""
 
 _NOON = np.datetime64("2026-01-01T12:00", "ns")
 _AGAIN = "Remove the label file of its frame and run the command again: the frame is made anew."

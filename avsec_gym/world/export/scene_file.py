@@ -27,7 +27,7 @@ class SceneFile(TypedDict):
 
     road_type: RoadType
     objects: list[SceneObject]
-    """In the order of the label lines, without those of DontCare."""
+    """Objects in the order of the label lines, without those of DontCare."""
 
 
 def read_scene_file(path: str | Path, *, remedy: str) -> SceneFile:

@@ -26,7 +26,7 @@ from avsec_gym.world.posed_scenes import posed_scene_of_layout
 SUITES = ("street", "highway", "mixed", "connected", "raw")
 """Names of the suites."""
 MOST_FRAMES = 1_000_000
-"""Of a suite: KITTI's ids of single frames have six digits."""
+"""Most frames of a suite: KITTI's ids of single frames have six digits."""
 
 _AGAIN = "Remove the label file of its frame and run the command again: the frame is made anew."
 _VALIDATION = 4

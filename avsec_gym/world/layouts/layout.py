@@ -29,9 +29,10 @@ from avsec_gym.world.layouts.view import (
 )
 
 MOST_LAYOUTS = 100_000
-"""Of a set that is made at once: these take some minutes and 400 MB."""
+"""Most layouts of a set that is made at once: these take some minutes and 400 MB."""
 HIGHWAY_SHARE = 168 / 600
-"""Of the layouts whose road type is left open, as in the labelled driving-safety scenarios."""
+"""Highway share of the layouts whose road type is left open, as in the labelled driving-safety
+scenarios."""
 
 _CAMERA_HEIGHT = 1.65
 _EGO_SIZE = (5.0, 2.3)

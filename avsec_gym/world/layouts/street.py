@@ -17,7 +17,7 @@ _PARKED = CategoryMix(Car=0.91, Van=0.06, Misc=0.022, Truck=0.008)
 _FLOWING = CategoryMix(Car=0.90, Van=0.07, Misc=0.015, Truck=0.015)
 
 _PARKED_SHARE, _FLOWING_SHARE = 319 / 432, 69 / 432
-"""Of the street scenes; the rest has no cars at all."""
+"""Shares of the street scenes; the rest has no cars at all."""
 
 _ROWS = ((0,), (1,), (0, 1))
 _ROW_STEPS = (0.20, 0.38)

@@ -16,7 +16,7 @@ from avsec_gym.world.rendering.shading import sky_colour
 from avsec_gym.world.rendering.surfaces import Surfaces
 
 RAYS = 8
-"""For each point of the grid."""
+"""Rays for each point of the grid."""
 
 _FAR = np.float32(1e8)
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)

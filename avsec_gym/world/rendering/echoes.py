@@ -24,9 +24,9 @@ class Echoes(NamedTuple):
     distance: Float32s
     """Metres, infinite for none, shape (n,)."""
     reflectance: Float32s
-    """In the infrared, [0, 1], shape (n,)."""
+    """Reflectance in the infrared, [0, 1], shape (n,)."""
     cosine: Float32s
-    """Of the angle of incidence, shape (n,)."""
+    """Cosine of the angle of incidence, shape (n,)."""
     mirror: Float32s
     """Share of the light that the surface mirrors, shape (n,)."""
     surface: NDArray[np.uint8]

@@ -11,7 +11,7 @@ from avsec_gym.frame import Image
 from avsec_gym.world.mesh import Float32s
 
 GAMMA = 1.05
-"""Of the tone curve; a screen's would be 2.2."""
+"""Gamma of the tone curve; a screen's would be 2.2."""
 
 _BLOCK = 8
 """Pixels in a row of a block on which scattered light is computed."""

@@ -23,7 +23,7 @@ from avsec_gym.world.rendering.renderer import Renderer
 _BEYOND = np.float32(2e-3)
 """Metres behind a surface at which a ray goes on."""
 _MOST_SURFACES = 24
-"""That a ray passes on its way through or to one object; beyond, it meets nothing."""
+"""Most surfaces that a ray passes on its way through or to one object; beyond, it meets nothing."""
 
 
 class MovingBody(NamedTuple):

@@ -34,7 +34,7 @@ _DULL = 0.03
 _LOOKS_THROUGH = 3
 """Layers of leaves that a ray passes between; what is behind more is dark anyway."""
 _SUN_ANGLE = 0.0015
-"""Of the rays to the sun: single leaves cast their shadows from up to 40 m."""
+"""Sun angle of the rays to the sun: single leaves cast their shadows from up to 40 m."""
 _METERED = 10_000
 """Pixels of an image by which its exposure is found."""
 _LAND = 0.72

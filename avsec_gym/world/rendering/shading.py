@@ -10,11 +10,12 @@ _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _SUN_RADIUS = np.float32(0.0047)
 """Radians."""
 _GRAIN = np.float32(0.005)
-"""Of half-shades, metres."""
+"""Grain of half-shades, metres."""
 _BURNT_OUT = np.float32(4.0)
 """Light counts as no brighter when it is averaged: edges of reflections stay smooth."""
 _ROUGHNESS = np.float32(0.045**2)
-"""Of varnish, chrome and panes: the square of GGX's alpha; waves and dust widen the sun so much."""
+"""Roughness of varnish, chrome and panes: the square of GGX's alpha; waves and dust widen the sun
+so much."""
 _SKY_SEEN = np.float32(1.35)
 """The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 

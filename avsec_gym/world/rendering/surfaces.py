@@ -17,7 +17,7 @@ _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _STEEPEST = np.float32(0.04)
 _BREAK_UP = np.float32(0.11)
 _MOST_MIRRORED = np.float32(0.75)
-"""At grazing angles, where dust and ripples spoil the mirror."""
+"""The most that is mirrored, at grazing angles, where dust and ripples spoil the mirror."""
 _COS, _SIN = np.float32(0.745 * np.cos(0.7)), np.float32(0.745 * np.sin(0.7))
 """Scale and turn of the second layer of grains."""
 _BOTH = np.float32(np.sqrt(0.5))
@@ -35,7 +35,7 @@ class Surfaces(NamedTuple):
     point: Float32s
     """A little in front of the surface, shape (n, 3)."""
     normal: Float32s
-    """For shading, shape (n, 3)."""
+    """Normal for shading, shape (n, 3)."""
     sunlight: Float32s
     """Share of the sun's light that arrives if nothing is in the way, shape (n,)."""
     mirror: Float32s

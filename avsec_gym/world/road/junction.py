@@ -34,7 +34,7 @@ class Mouth(NamedTuple):
     steps: BaseGeometry
     """Lines along which the kerb stands above the paved area, which lies on their right."""
     height: float
-    """Of the kerb."""
+    """Height of the kerb."""
 
     @property
     def area(self) -> BaseGeometry:

@@ -21,7 +21,7 @@ _REACH = 900.0
 _MARGIN = 40.0
 """Around the roads the land is as fine as there."""
 _CELLS = 9_000
-"""At most about so many of the finest cells."""
+"""The size of the grid: at most about so many of the finest cells."""
 _GROWTH = 1.35
 _SMALL_SWELL = 12.0
 """Metres; larger ones are even enough for the lattice."""

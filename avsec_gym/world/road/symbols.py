@@ -7,8 +7,8 @@ import numpy as np
 from avsec_gym.geometry import Floats
 
 STROKES: dict[str, tuple[float, list[Floats]]] = {}
-"""For each symbol the width of its strokes and the strokes themselves: places ahead and to the
-left of its middle as a driver comes to it, metres, each of shape (n, 2)."""
+"""The strokes of each symbol and their width: places ahead and to the left of its middle as a
+driver comes to it, metres, each of shape (n, 2)."""
 
 
 def _arc(

@@ -13,7 +13,7 @@ _Canvas = NDArray[np.float32]
 _Colour = tuple[float, float, float]
 _GREENISH: _Colour = (222.0, 232.0, 226.0)
 _TINTS: tuple[_Colour, ...] = (_GREENISH, (190.0, 204.0, 198.0), (84.0, 88.0, 90.0))
-"""Of panes: clear, tinted, and dark ones that keep the sun out."""
+"""Tints of panes: clear, tinted, and dark ones that keep the sun out."""
 _FRIT = 14.0
 """Brightness of the black print round a pane's edge."""
 

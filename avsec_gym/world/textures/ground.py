@@ -28,7 +28,7 @@ _ASPHALTS = (
     (95, 93, 90, 0.148, 0.34, 0.5, 0.010),
     (131, 128, 119, 0.148, 0.34, 0.6, 0.013),
 )
-"""From real streets: the last ones are an even dark top layer and a light worn one."""
+"""Asphalts from real streets: the last ones are an even dark top layer and a light worn one."""
 
 _GRASSES = ((101, 110, 62), (111, 115, 68), (93, 105, 60), (115, 117, 70))
 _MEADOWS = ((98, 102, 60), (114, 109, 68), (92, 94, 56), (126, 117, 76))

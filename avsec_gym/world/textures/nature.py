@@ -37,7 +37,7 @@ class _Leaf:
     length: float
     count: int = 700
     accent: Colour | None = None
-    """Of one leaf in eight (turning leaves, blossom)."""
+    """Accent of one leaf in eight (turning leaves, blossom)."""
 
 
 def _leaves(variant: int, rng: np.random.Generator, *, leaf: _Leaf) -> Picture:

@@ -35,7 +35,7 @@ LAYINGS = {
     **{f"setts/{variant}": Laying(4.0 / 40, 4.0 / 42, 0.5) for variant in range(3)},
     **{f"clinker/{variant}": Laying(0.2, 0.1, 0.5) for variant in range(2)},
 }
-"""Of the textures of that name."""
+"""Layings of the textures of that name."""
 
 
 class Bond(NamedTuple):

@@ -134,4 +134,4 @@ SIGN_FACES: dict[str, SignFace] = {
     },
     "exit": SignFace("rectangle", 2.2, 0.6, symbols.motorway_exit, BLUE),
 }
-"""By name; the texture of one is called ``sign_<name>``."""
+"""Sign faces by name; the texture of one is called ``sign_<name>``."""

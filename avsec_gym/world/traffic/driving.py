@@ -15,11 +15,11 @@ from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 
 LATERAL_ACCELERATION = 1.8
-"""In bends, m/s2."""
+"""Lateral acceleration in bends, m/s2."""
 HARDEST_BRAKING = 8.0
 """m/s2."""
 _APPROACH_BRAKING = 1.2
-"""Before bends, m/s2."""
+"""Approach braking before bends, m/s2."""
 RESPONSE = 0.6
 """Seconds that drivers look ahead for bends."""
 

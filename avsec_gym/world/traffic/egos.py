@@ -16,11 +16,11 @@ EGO_SIZE = (1.50, 1.80, 4.70)
 _EGO_FROM_START = 80.0
 """Metres from the site's beginning to the first ego vehicle, if the site is long enough."""
 EGO_SPACING = (15.0, 60.0)
-"""From the first ego vehicle to the others, metres, unless asked otherwise."""
+"""Ego spacing from the first ego vehicle to the others, metres, unless asked otherwise."""
 _APART = 15.0
 """Metres between two ego vehicles in one lane: enough to stop."""
 _TRIES = 30
-"""To find a place for the next one."""
+"""Tries to find a place for the next one."""
 
 
 def sensor_vehicles(

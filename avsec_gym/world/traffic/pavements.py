@@ -14,7 +14,7 @@ from avsec_gym.world.traffic.population import Bystander
 from avsec_gym.world.traffic.routes import SPACING, Route, along_course, join, stations
 
 WIDTH = 0.75
-"""Of people on their lines, metres."""
+"""Width of people on their lines, metres."""
 _BESIDE = 1.0
 """Between neighbouring lines at least, metres."""
 _EDGE = 0.45

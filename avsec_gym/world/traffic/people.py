@@ -15,7 +15,7 @@ from avsec_gym.world.traffic.vehicles import draw_weave
 _PEDESTRIAN = int(np.flatnonzero(CATEGORIES == "Pedestrian")[0])
 _WIDEST = 0.8
 _STANDING_LENGTH = (0.4, 0.65)
-"""Of people who do not stride, metres."""
+"""Standing length of people who do not stride, metres."""
 _SPEEDS = (0.8, 1.8)
 """Slowest and fastest walkers, m/s."""
 _APART = 1.6

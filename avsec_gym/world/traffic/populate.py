@@ -40,9 +40,9 @@ from avsec_gym.world.traffic.vehicles import (
 _AROUND_EGO = 8.0
 """Free metres in the lane before and behind an ego vehicle at first."""
 _PASSING = 0.82
-"""From a vehicle's side to the middle of a cyclist that it passes, metres."""
+"""The distance from a vehicle's side to the middle of a cyclist that it passes, metres."""
 _FARTHEST_ASIDE = 0.5
-"""From the middle of the lane, metres."""
+"""The farthest from the middle of the lane, metres."""
 _RED_LIGHT = 0.25
 """Probability on a city street."""
 _JAM = 0.06

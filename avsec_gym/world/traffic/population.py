@@ -20,10 +20,10 @@ class Traveller(NamedTuple):
     """Height, width, length, metres."""
     route: int
     place: float
-    """Of the centre on the route, metres."""
+    """Place of the centre on the route, metres."""
     speed: float
     desired: float
-    """On a free road, m/s."""
+    """The desired speed on a free road, m/s."""
     weave: tuple[float, float, float]
     """Amplitude (m), wavelength (m), phase (radians) of the small lateral motion."""
     left: float = 0.0

@@ -13,9 +13,9 @@ from avsec_gym.world.traffic.routes import Route, along_course, join
 from avsec_gym.world.traffic.state import Integers
 
 _WIDTH, _RIDERS_WIDTH = 1.9, 0.7
-"""Of vehicles and cyclists on their routes, metres."""
+"""Widths of vehicles and cyclists on their routes, metres."""
 RIDERS_FROM_EDGE = 0.4
-"""From the middle of cyclists in a lane to its edge, metres."""
+"""The distance from the middle of cyclists in a lane to its edge, metres."""
 _FROM_EDGE = 1.2
 """Between the middles of lanes and the carriageway's edges at least, metres."""
 _BEYOND, _BEYOND_HIGHWAY = 350.0, 600.0

@@ -32,7 +32,7 @@ from avsec_gym.world.traffic.state import (
 from avsec_gym.world.traffic.surface import surface_height
 
 LONGEST_TICK = 0.1
-"""Of the simulation, seconds."""
+"""Longest tick of the simulation, seconds."""
 SIGHT = 100.0
 """Metres from every ego vehicle within which no actor appears or vanishes at the site's ends."""
 MOVING = 0.3

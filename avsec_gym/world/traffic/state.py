@@ -38,7 +38,7 @@ class Network(NamedTuple):
     limit: Floats
     """Speed for the bends, m/s, shape (P,)."""
     width: Floats
-    """Of the widest on each route, shape (R,)."""
+    """The width of the widest on each route, shape (R,)."""
     gate: Floats
     """Shape (R,); see `Route`."""
     clear: Floats
@@ -69,7 +69,7 @@ class Shift(NamedTuple):
     length: Floats
     """Metres along the route, shape (N,)."""
     before: Floats
-    """To the left of the route until then, metres, shape (N,)."""
+    """The place to the left of the route until then, metres, shape (N,)."""
     after: Floats
     """And thereafter."""
 
@@ -79,7 +79,7 @@ class Traffic(NamedTuple):
 
     route: Integers
     place: Floats
-    """Of the centre, metres on the route."""
+    """Place of the centre, metres on the route."""
     speed: Floats
     poses: Floats
     """Shape (N, 3)."""

@@ -18,7 +18,7 @@ from avsec_gym.world.traffic.styles import Bustle
 _CYCLIST = int(np.flatnonzero(CATEGORIES == "Cyclist")[0])
 _SMALL = CategoryMix(Car=0.93, Van=0.07)
 _BRAKING = 1.5
-"""At time 0, m/s2 at most."""
+"""The braking at time 0, m/s2 at most."""
 _WIDEST_RIDER = 0.7
 """Metres; a cyclist that is passed in a lane must not be wider."""
 _CLOSEST = 1.5

@@ -27,7 +27,7 @@ from studies.answer import exit_code
 from studies.chapter3.shipped_fits.evidence import SYSTEM, shipped_drives
 
 _SAME = 1e-4
-"""Of a share of the pixels: libraries round otherwise here and there."""
+"""The tolerance of a share of the pixels: libraries round otherwise here and there."""
 
 
 def confirm_fits(frames: int, fits: Path) -> None:

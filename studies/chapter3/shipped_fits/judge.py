@@ -65,7 +65,7 @@ from studies.chapter3.shipped_fits.judged_result import (
 
 NO_ATTACK = "no attack"
 CERTAINTY = 0.95
-"""As `LikelihoodValidator` has it."""
+"""The certainty as `LikelihoodValidator` has it."""
 _OBJECT = SensorSystem((LIDAR, 3, 2))
 _PAIR = (1, 2)
 """Cameras 3 and 2 of it."""

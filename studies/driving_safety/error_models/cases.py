@@ -14,7 +14,7 @@ FIT, CHECK = "fit", "check"
 """Data sets of connected vehicles: what models are fitted to, and what they are held against."""
 VEHICLES = (0, 1)
 DEAR_VEHICLES = (0,)
-"""Whose frames are attacked by gradients, which takes several times as long."""
+"""Vehicles whose frames are attacked by gradients, which takes several times as long."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,8 @@ from avsec_gym.validation.response import Response
 from avsec_gym.validation.state_posterior import SensorStatus
 
 NO_ATTACK, UNDEFENDED = "none", "undefended"
-"""As settings name them: ``oracle none undefended``, ``stereo_rcnn lidar+3 drop``."""
+"""The names that settings have for them: ``oracle none undefended``, ``stereo_rcnn lidar+3
+drop``."""
 ORACLES = (STEREO_ORACLE, LIDAR_ORACLE)
 OPTIONS = {
     **VALIDATOR_OPTIONS,
@@ -66,8 +67,9 @@ sensors at most, none and one alone if 1; ``motion``: see `Motion`; by the netwo
 weights, instead of those of the package."""
 
 DRIVE_FRAMES = 4
-"""Of procedural drives: what the first frame hides of an attack the next ones may show.  Frames of
-one drive are little more evidence than one frame, and take as long to render as new roads."""
+"""Drive frames of procedural drives: what the first frame hides of an attack the next ones may
+show. Frames of one drive are little more evidence than one frame, and take as long to render as new
+roads."""
 
 _WORK = f"{__name__}:DefendedEpisodes"
 

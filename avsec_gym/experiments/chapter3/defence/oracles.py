@@ -22,7 +22,7 @@ BLINDING = 64
 _HIDDEN = 0.5
 """Share of an object's area in the image; of which more is hidden, it is not seen."""
 _FEWEST_POINTS = 50
-"""Of an obstacle in a scan."""
+"""Fewest points of an obstacle in a scan."""
 _LOWEST = 0.3
 """Metres; what stands up less is driven over.  Where a bogus return meets the road it agrees
 with the road, and no repair removes it."""

@@ -41,7 +41,7 @@ AGREED_DEPTH = 12.0
 _VEIL_RADIUS, _VEIL_STRENGTH = 1e5, 64.0
 """Pixels, grey levels: the same light everywhere, as another exposure has."""
 _STREAM = 6
-"""Of draws; the other experiments of chapter 3 have those below."""
+"""The stream of draws; the other experiments of chapter 3 have those below."""
 _WORK = f"{__name__}:AdaptiveAttacks"
 
 

@@ -29,7 +29,7 @@ from avsec_gym.experiments.chapter3.identification.tables import CRITERIA, METHO
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 
 Lines = Mapping[str, Sequence[Point]]
-"""By class names; percent."""
+"""Lines by class names; percent."""
 
 _HOLLOW = "Hollow: the thesis, where it gives a number."
 _CLEAN, _ATTACKED = "line-0", "line-1"

@@ -17,9 +17,9 @@ from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.validation.repair.repair import Repair
 
 RADII = (37.5, 112.5, 225.0, 375.0)
-"""Of faculae, pixels."""
+"""Radii of faculae, pixels."""
 WIDTHS = (0.5, 1.5, 2.5)
-"""Of bogus returns, metres."""
+"""Widths of bogus returns, metres."""
 CAR = "pasted car, rays lost"
 """An attack that needs a second frame: the pasted scan is from there."""
 _FOUND = 0.5

@@ -23,7 +23,7 @@ SHOWN = {
 }
 """One attack of each kind, by the names of its files."""
 _WORDS = {"median": "the median frame", "lowest": "the frame with the lowest IoU"}
-"""Of each attack: the frames that are shown, by their names in the summary."""
+"""The words of each attack: the frames that are shown, by their names in the summary."""
 
 
 class Repairs(Protocol):

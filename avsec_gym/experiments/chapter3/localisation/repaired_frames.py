@@ -68,7 +68,7 @@ LOCALISATION_FORMAT = 3
 
 _WORK = f"{__name__}:RepairedFrames"
 _STREAM = 5
-"""Of draws; the other experiments of chapter 3 have those below."""
+"""The stream of draws; the other experiments of chapter 3 have those below."""
 
 
 @dataclass(frozen=True, eq=False)

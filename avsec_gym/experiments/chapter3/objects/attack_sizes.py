@@ -45,12 +45,12 @@ from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 
 WIDTHS = (0.5, 1.0, 1.5, 2.0, 2.5)
-"""Of bogus returns, metres."""
+"""Widths of bogus returns, metres."""
 RADII = (37.5, 75.0, 112.5, 150.0, 187.5, 225.0)
-"""Of faculae, pixels of an image 1242 wide."""
+"""Radii of faculae, pixels of an image 1242 wide."""
 CAMERA = "camera"
 SIZES = {LIDAR: WIDTHS, CAMERA: RADII}
-"""By what is attacked."""
+"""Sizes by what is attacked."""
 SIZE_OPTIONS = {
     **OPTIONS,
     "sensitivity_lidar": "pointrcnn",

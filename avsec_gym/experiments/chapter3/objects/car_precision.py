@@ -15,7 +15,7 @@ from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.validation.recordings import drive_of
 
 Precisions = dict[str, Sampled]
-"""By level: AP in percent at 11 recall points, and of bootstrap samples of drives."""
+"""AP by level, in percent at 11 recall points, and of bootstrap samples of drives."""
 
 
 def car_precision(

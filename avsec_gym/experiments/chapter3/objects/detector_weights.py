@@ -13,7 +13,7 @@ from avsec_gym.perception.weights.store import card_path
 from avsec_gym.registry import Kind, make
 
 WEIGHT_OPTIONS = {"pixor": "", "pointrcnn": "", "faster_rcnn": "", "yolo": ""}
-"""By the networks' names their weights, instead of those of the package."""
+"""The weights by the networks' names, instead of those of the package."""
 
 
 def lidar_detector(name: str, options: Mapping[str, Any]) -> Detector:

@@ -31,9 +31,9 @@ from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.recordings import drive_of
 
 IOU = 0.5
-"""That the thesis asks for here."""
+"""The overlap that the thesis asks for here."""
 SCORES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
-"""That make a box an obstacle: how much hangs on it."""
+"""Scores that make a box an obstacle: how much hangs on it."""
 
 
 @dataclass(frozen=True)

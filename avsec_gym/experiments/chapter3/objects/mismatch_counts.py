@@ -23,7 +23,7 @@ from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.disparity_maps import Pair
 
 IOUS = (0.5, 0.7)
-"""That partners have more in common than."""
+"""Overlaps; partners have more in common than one of these."""
 
 
 def mismatch_counts(

@@ -24,7 +24,7 @@ from avsec_gym.sensor_system import LIDAR, Sensor
 from avsec_gym.validation.recordings import RecordedFrame
 
 FEWEST_POINTS = 200
-"""Of the scan of a car."""
+"""Fewest points of the scan of a car."""
 FARTHEST = 20.0
 """Metres to a car whose scan is pasted."""
 

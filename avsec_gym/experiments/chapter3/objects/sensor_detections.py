@@ -94,7 +94,7 @@ def reach_name(pair: tuple[int, int]) -> str:
 
 
 WIDTH = "width"
-"""Of the reference's image, pixels."""
+"""Width of the reference's image, pixels."""
 
 
 def seen_setting(part: str, sensor: Sensor, attacked: bool, camera: int) -> str:

@@ -23,7 +23,8 @@ from avsec_gym.metrics.estimate import Estimate
 FEWEST = 3
 """Attacks that a rank correlation needs."""
 FEWEST_SCENARIOS = 30
-"""Of which intervals can be drawn; of fewer, resampled scenes are too often the same ones."""
+"""Fewest scenarios of which intervals can be drawn; of fewer, resampled scenes are too often the
+same ones."""
 NARROW = 0.3
 """A correlation that surely lies within this of zero is none that matters."""
 

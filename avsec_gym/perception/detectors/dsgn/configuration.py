@@ -50,33 +50,35 @@ class DsgnConfiguration:
     padded_size: tuple[int, int] = (384, 1248)
     """Zeros are added at the right and below up to this size; multiples of 16."""
     features: FeatureConfiguration = _FEATURES
-    """Of the images.  The semantic head also decides whether its features enter the world grid."""
+    """Features of the images. The semantic head also decides whether its features enter the world
+    grid."""
     groups: int = 32
-    """Of normalised channels behind the features, see `normalisation`."""
+    """Groups of normalised channels behind the features, see `normalisation`."""
 
     planes: DepthScale = _PLANES
-    """Of the plane-sweep volume."""
+    """Planes of the plane-sweep volume."""
     bins: DepthScale = _BINS
-    """Of the softmax over depth: the planes' costs are interpolated."""
+    """Bins of the softmax over depth: the planes' costs are interpolated."""
     sampled: DepthScale = _SAMPLED
     """Which depths lie at the centres of the first and last plane (or bin) where the world grid
     samples the volume; the original takes the grid's ends, 0.4 m off."""
     full_depth: bool = True
     """Costs enlarged to the image before the softmax; otherwise the expected depth is."""
     correlation_groups: int = 0
-    """Of matching features whose products fill the volume; 0 fills it with both features."""
+    """Correlation groups of matching features whose products fill the volume; 0 fills it with both
+    features."""
     volume_channels: int = 64
     volume_begins_with_hourglass: bool = False
     """One hourglass in the place of four convolutions and an hourglass on a residual."""
     volume_residual: bool = False
     """Whether what comes into that one hourglass is added to what it makes."""
     cost_kernel: int = 3
-    """Of the two convolutions that make a cost of each plane."""
+    """The kernel of the two convolutions that make a cost of each plane."""
 
     grid: WorldGrid = _GRID
     aligned_corners: bool = True
-    """Of every sampling by the world grid: -1 and 1 are the centres of the outermost cells (torch
-    below 1.3, with which the published weights were trained) or their outer edges."""
+    """The rule of every sampling by the world grid: -1 and 1 are the centres of the outermost cells
+    (torch below 1.3, with which the published weights were trained) or their outer edges."""
     exact_pixels: bool = False
     """Feature i stands at pixel 4 i, where its convolutions centre it; otherwise the features are
     stretched so that the last one stands at the last pixel, up to 3 pixels off."""
@@ -88,7 +90,7 @@ class DsgnConfiguration:
     pooled_heights: int = 4
     """Layers of the grid that one mean over y takes in."""
     view_channels: int = 128
-    """Of the bird's-eye view."""
+    """Channels of the bird's-eye view."""
 
     tower_length: int = 1
     """Convolutions in each of the two halves of a tower."""
@@ -103,10 +105,11 @@ class DsgnConfiguration:
     union in space with the object."""
 
     depth_loss: Literal["expectation", "planes"] = "expectation"
-    """Of depth: the smooth L1 error of the expectation, or the cross entropy of the bins against
-    the two beside the true depth."""
+    """The loss of depth: the smooth L1 error of the expectation, or the cross entropy of the bins
+    against the two beside the true depth."""
     object_pixels: float = 1.0
-    """In the cross entropy: weight of a pixel on an object that is learned; all others have 1."""
+    """The weight in the cross entropy of a pixel on an object that is learned; all others have
+    1."""
 
     rule: DsgnDecodingRule = field(default_factory=DsgnDecodingRule)
     """Which anchors become boxes."""
@@ -225,7 +228,7 @@ FIRST_SMALL = DsgnConfiguration(
     # By average precision on the validation suite: 0.6 leaves doubles, below 0.3 little changes.
     rule=DsgnDecodingRule(most_overlap=0.2),
 )
-"""Of the first edition, 2026, for the weights that were trained for it."""
+"""The small one of the first edition, 2026, for the weights that were trained for it."""
 
 _SMALL = replace(
     FIRST_SMALL,

@@ -21,7 +21,7 @@ class DsgnDecodingRule:
     most_overlap: float = 0.6
     """Intersection over union seen from above of two boxes of one class that may both stay."""
     most_boxes: int = 30
-    """In an image."""
+    """Most boxes in an image."""
     score_times_centerness: bool = False
     voting_overlap: float | None = None
     """A box that stays becomes the mean, weighted by score, of all candidates of its class that

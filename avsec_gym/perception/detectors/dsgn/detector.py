@@ -36,7 +36,7 @@ from avsec_gym.perception.weights.given import Weights, card_of, check_weights
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
-"""Of ImageNet's red, green and blue, as shares of 255."""
+"""Deviation of ImageNet's red, green and blue, as shares of 255."""
 _MULTIPLE = 16
 """Image sides that the network can halve and double without loss."""
 

@@ -69,7 +69,7 @@ class Anchor:
 
     category: str
     centre_y: float
-    """Of the box's centre, in the camera frame: y points down."""
+    """The y of the box's centre, in the camera frame: y points down."""
     height: float
     width: float
     length: float

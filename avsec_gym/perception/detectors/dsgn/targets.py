@@ -25,7 +25,7 @@ from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 _REACH = 5.0
 """Metres: an anchor farther from an object than this never stands for it."""
 _SHARES = {"Car": 0.25}
-"""Of the cells under an object, how many anchors stand for it; 1 for other classes."""
+"""The share of the cells under an object, how many anchors stand for it; 1 for other classes."""
 _COUNTS_AS = {"Van": "Car", "Person_sitting": "Pedestrian"}
 _MOST_TRUNCATED = 0.98
 

@@ -11,7 +11,7 @@ from avsec_gym.perception.detectors.pixor.network import PixorOutput
 from avsec_gym.perception.detectors.pixor.targets import PixorTargets
 
 _POSITIVE_WEIGHT = 0.25
-"""Of the focal loss (Lin et al., ICCV 2017)."""
+"""The weight of positives in the focal loss (Lin et al., ICCV 2017)."""
 
 
 def pixor_losses(

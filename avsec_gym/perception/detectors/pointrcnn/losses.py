@@ -24,7 +24,7 @@ from avsec_gym.perception.detectors.pointrcnn.targets import (
 )
 
 _POSITIVE_WEIGHT, _FOCUS = 0.25, 2.0
-"""Of the focal loss (Lin et al., ICCV 2017)."""
+"""The weight of positives and the focus of the focal loss (Lin et al., ICCV 2017)."""
 _SIZE_WEIGHT = 3.0
 
 

@@ -11,7 +11,7 @@ from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointView
 
 _HALF_VIEW = np.radians(40.0)
-"""Of KITTI's camera, to either side, for frames without its image."""
+"""Half the view of KITTI's camera, to either side, for frames without its image."""
 
 
 def points_in_view(frame: SensorFrame, view: PointView) -> NDArray[np.float32]:

@@ -141,7 +141,7 @@ class StereoRcnnConfiguration:
 
 
 RESNET101 = StereoRcnnConfiguration("resnet101")
-"""As published: 105,891,446 parameters."""
+"""The published one: 105,891,446 parameters."""
 
 FIRST_SMALL = StereoRcnnConfiguration(
     "small",
@@ -172,7 +172,7 @@ FIRST_SMALL = StereoRcnnConfiguration(
     he_initialisation=True,
     alignment=MEASURED,
 )
-"""Of the first edition, 2026, for the weights that were trained for it."""
+"""The small one of the first edition, 2026, for the weights that were trained for it."""
 
 SMALL = replace(
     FIRST_SMALL,

@@ -13,7 +13,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutpu
 from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSamples
 
 TERMS = ("rpn_class", "rpn_box", "class", "box", "dimensions", "keypoints")
-"""In the order of the published checkpoints' `uncert`."""
+"""The terms in the order of the published checkpoints' `uncert`."""
 
 FIT = "fit"
 """The term beside them of a network that predicts how well its boxes fit."""

@@ -12,7 +12,7 @@ from torch import Tensor
 from avsec_gym.perception.detectors.yolo.network import YoloOutput
 
 _LARGEST = 6.0
-"""Of t_w and t_h: no box is four hundred times as wide as its prior."""
+"""The largest of t_w and t_h: no box is four hundred times as wide as its prior."""
 
 
 def decoded_boxes(output: YoloOutput) -> Tensor:

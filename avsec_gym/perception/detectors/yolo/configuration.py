@@ -106,7 +106,7 @@ _CAR_PRIORS = (
 )  # fmt: skip
 
 DARKNET53 = YoloConfiguration("darknet53")
-"""As published: 61.9 million parameters with the 80 categories of COCO."""
+"""The published one: 61.9 million parameters with the 80 categories of COCO."""
 
 SMALL = YoloConfiguration(
     "small",

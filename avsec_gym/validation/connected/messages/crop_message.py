@@ -21,7 +21,7 @@ from avsec_gym.validation.connected.messages.message_bytes import (
 from avsec_gym.validation.connected.messages.region_message import MOST_REGIONS
 
 MOST_POINTS = 500_000
-"""Of all crops of a message together: more than two mirrored scans hold."""
+"""Most points of all crops of a message together: more than two mirrored scans hold."""
 _POINT_BYTES = 6
 _COUNT_BYTES = 4
 

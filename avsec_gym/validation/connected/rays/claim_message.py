@@ -32,7 +32,7 @@ VELOCITY_STEP = 0.01
 TIME_STEP = 0.002
 """Precision of times in a message, seconds."""
 MOST_BYTES = _HEADER.size + MOST_CLAIMS * _CLAIM.size + 3 * MOST_VOXELS
-"""Of a message; what is longer is none."""
+"""Most bytes of a message; what is longer is none."""
 _MOST_TIME_STEPS = 127
 """A byte, with its sign."""
 _MOST_VOXEL = 1 << 21

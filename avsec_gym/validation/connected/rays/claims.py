@@ -183,4 +183,4 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
 _FARTHEST = 80.0
 """Metres beyond which a vehicle claims nothing."""
 _VOXEL_BITS = 40
-"""Of the number of a voxel in its region, where both are one number."""
+"""Bits of the number of a voxel in its region, where both are one number."""

@@ -34,7 +34,8 @@ _ARCTANGENT = (
     -0.33333322488911593,
     0.9999999995535376,
 )
-"""Of the polynomial in t^2 that meets arctan(t)/t in the 11 Chebyshev points of t^2 from 0 to 1."""
+"""Coefficients of the polynomial in t^2 that meets arctan(t)/t in the 11 Chebyshev points of t^2
+from 0 to 1."""
 
 
 class RangeImage(NamedTuple):

@@ -37,7 +37,7 @@ class WitnessView(NamedTuple):
 
     image: RangeImage
     pose: Floats
-    """From the witness' velodyne frame to the world, shape (4, 4)."""
+    """The pose from the witness' velodyne frame to the world, shape (4, 4)."""
     to_sensor: Floats
     """Its inverse."""
     motion: tuple[float, float, float]

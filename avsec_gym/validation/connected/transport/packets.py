@@ -14,7 +14,7 @@ from enum import IntEnum
 from avsec_gym.errors import DataError
 
 MOST_BYTES = 4 * 2**20
-"""Of a packet's content: more than the longest message has."""
+"""Most bytes of a packet's content: more than the longest message has."""
 _MAGIC = b"AP"
 _HEADER = struct.Struct("<2sBBIII")
 

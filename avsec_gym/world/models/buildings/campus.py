@@ -21,7 +21,7 @@ _GLAZES = (
     (0.50, 0.62, 0.52),
     None,
 )
-"""Of tiles: blue, white, ochre, rust, green; None for black ones."""
+"""Glazes of tiles: blue, white, ochre, rust, green; None for black ones."""
 
 
 def campus(width: float, depth: float, rng: np.random.Generator) -> Mesh:

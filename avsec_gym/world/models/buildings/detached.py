@@ -50,7 +50,7 @@ class _House:
     plinth: float
     eaves: float
     sills: Floats
-    """Of each storey's windows."""
+    """Sills of each storey's windows."""
     paint: Material
     bands: list[Band]
     style: WindowStyle

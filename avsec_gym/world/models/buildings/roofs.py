@@ -12,7 +12,7 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, fan, quads, slab
 
 THICKNESS = 0.18
-"""Of a roof, vertical, metres."""
+"""Thickness of a roof, vertical, metres."""
 
 
 @dataclass(frozen=True)

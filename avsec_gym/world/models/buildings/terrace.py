@@ -41,7 +41,7 @@ class _House:
     trim: Material
     """Cornices and window surrounds."""
     base: Material
-    """Of the ground floor."""
+    """Base of the ground floor."""
     roof: RoofMaterials
     style: WindowStyle
 

@@ -18,7 +18,7 @@ from avsec_gym.world.textures.sign_faces import SIGN_FACES
 from avsec_gym.world.textures.sign_symbols import outline
 
 _RADIUS = 0.032
-"""Of a pole."""
+"""Radius of a pole."""
 _GAP = 0.04
 """Between two signs on one pole."""
 

@@ -45,7 +45,7 @@ def walking(phase: float, hurry: float = 0.0) -> Posture:
 
 
 METRES_PER_CRANK = 5.0
-"""That a bicycle rolls in one turn of its pedals."""
+"""Metres that a bicycle rolls in one turn of its pedals."""
 
 
 def stride_length(height: ArrayLike) -> Floats:

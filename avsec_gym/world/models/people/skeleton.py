@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from avsec_gym.world.models.people.rings import Floats, unit
 
 SIDES = np.array([-1.0, 1.0])
-"""Of the pairs in this package: the right one first; y points to the left."""
+"""Sides of the pairs in this package: the right one first; y points to the left."""
 
 
 def _pair(right: float, left: float | None = None) -> Floats:

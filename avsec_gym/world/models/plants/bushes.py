@@ -29,7 +29,7 @@ HEDGES = 6
 
 _BUSH_TRIANGLES: dict[Detail, int] = {"near": 1500, "middle": 700, "far": 250}
 _HEDGE_SPRAYS = 110
-"""For each square metre."""
+"""Hedge sprays for each square metre."""
 _HEDGE_TRIANGLES = 5000
 _HEDGE_SHARE: dict[Detail, float] = {"near": 1.0, "middle": 0.5, "far": 0.2}
 

@@ -21,7 +21,7 @@ _PIPE_EXPONENT = 2.2
 _DOWNWARDS = 1.6
 _SAG = 0.12
 _FLARE = 1.3
-"""Of the trunk at its roots."""
+"""Flare of the trunk at its roots."""
 _BRANCH_SIDES = 4
 
 
@@ -32,7 +32,7 @@ class TreeSkeleton:
     points: Floats
     """Metres, shape (n, 3)."""
     parent: NDArray[np.intp]
-    """Of each point, shape (n,); -1 for the ground."""
+    """Parent of each point, shape (n,); -1 for the ground."""
     radius: Floats
     """Metres, shape (n,)."""
     trunk: int

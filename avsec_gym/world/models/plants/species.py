@@ -23,7 +23,7 @@ class Species:
     """A species' habit; lengths are shares of the tree's height unless metres are named."""
 
     heights: tuple[float, float]
-    """Of the lowest and the highest variant, metres."""
+    """Heights of the lowest and the highest variant, metres."""
     bark: Material
     leaves: str
     """Texture family."""
@@ -50,7 +50,7 @@ class Species:
     shade: float = 0.78
     """Size of the dark inside of the clusters; 0 for a tree through which one sees the sky."""
     brightness: float = 1.0
-    """Of the leaves, relative to their texture."""
+    """Brightness of the leaves, relative to their texture."""
     whorled: bool = False
     """Branches in tiers round one trunk, each a flat drooping frond (spruce, fir)."""
     staked: bool = False
@@ -203,4 +203,4 @@ SPECIES: dict[str, Species] = {
         shade=0.0,
     ),
 }
-"""By name."""
+"""Species by name."""

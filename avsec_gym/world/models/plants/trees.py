@@ -23,7 +23,7 @@ from avsec_gym.world.shapes import box, scattered
 Floats = NDArray[np.float64]
 
 VARIANTS = 6
-"""Of each species, from the smallest to the tallest."""
+"""Variants of each species, from the smallest to the tallest."""
 
 _TONES = (0.6, 1.1, 1.7)
 _TRIES = 8
@@ -35,7 +35,7 @@ class _Fineness(NamedTuple):
     shade: float
     """Share of them in the dark inside of the clusters."""
     cover: float
-    """Of the outer ones, relative to the species'."""
+    """Cover of the outer ones, relative to the species'."""
     sides: int
     thinnest: float
 

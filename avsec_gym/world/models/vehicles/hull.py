@@ -14,7 +14,7 @@ from avsec_gym.world.mesh import Mesh
 Floats = NDArray[np.float64]
 
 _ANGLES = np.deg2rad([0.0, 8.0, 17.0, 28.0, 40.0, 53.0, 67.0, 82.0])
-"""Of the columns round a corner, from the centre line to the side."""
+"""Angles of the columns round a corner, from the centre line to the side."""
 
 
 @dataclass(frozen=True)

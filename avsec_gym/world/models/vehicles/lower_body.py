@@ -17,7 +17,7 @@ _FLARED = 0.13
 """Metres round a wheel arch over which its lip fades into the flank."""
 _ACROSS = (0.07, 0.28, 0.5, 0.72, 0.93)
 _ROWS = 11
-"""From the inside of the sill to the edge of bonnet and deck."""
+"""Rows from the inside of the sill to the edge of bonnet and deck."""
 _SHARES = np.array([0.0, 0.20, 0.42, 0.68, 1.0])
 """Heights of the five rows of the flank, from the lip to below the shoulder."""
 _RAKED = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.06, 0.16, 0.28, 0.48, 0.70, 1.0])
