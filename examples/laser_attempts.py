@@ -37,7 +37,7 @@ Situation = tuple[str, str]
 """A scene's id and an intention."""
 
 
-class Outcome(NamedTuple):
+class AttemptOutcome(NamedTuple):
     """The result of an attempt."""
 
     unsafe: bool
@@ -73,7 +73,7 @@ def seeds_of(attacker: str, seeds: range) -> range:
 
 def attempts(
     options: argparse.Namespace, situations: list[Situation], seeds: range
-) -> dict[str, list[list[Outcome]]]:
+) -> dict[str, list[list[AttemptOutcome]]]:
     """The results of an attempt of every attacker, with every seed, in every situation."""
     tasks = [(name, seed) for name in ATTACKERS for seed in seeds_of(name, seeds)]
     total = len(tasks) * len(situations) + len(TRAINED) * len(seeds) * options.steps
@@ -116,7 +116,7 @@ class _Range:
     def held_out(self) -> AimedLaser:
         return AimedLaser(laser(self.options, self.options.testing))
 
-    def outcomes(self, attacker: str, seed: int) -> list[Outcome]:
+    def outcomes(self, attacker: str, seed: int) -> list[AttemptOutcome]:
         generator = np.random.default_rng([seed, 1])  # Not the draws of the training.
         if attacker in TRAINED:
             aim = self._trained(attacker, seed)
@@ -133,7 +133,7 @@ class _Range:
                 seen, _ = self.held_out.reset(options=options)
                 *_, info = self.held_out.step(aim(seen))
                 spot = info["radius"], info["strength"]
-                found.append(Outcome(not info["safe"], info["alarm"], *spot))
+                found.append(AttemptOutcome(not info["safe"], info["alarm"], *spot))
             self.tell()
         return found
 
@@ -148,7 +148,7 @@ class _Range:
         found = evolved if who == "cma_es" else lambda *asked: search(*asked)[0]
         return always(found(counted, self.options.steps, seed))
 
-    def _thesis(self, options: dict[str, str], generator: np.random.Generator) -> Outcome:
+    def _thesis(self, options: dict[str, str], generator: np.random.Generator) -> AttemptOutcome:
         """187 to 375 pixels, anywhere in either image."""
         game = self.held_out.unwrapped.game
         situation = game.draw(generator, options)
@@ -156,7 +156,7 @@ class _Range:
         tampered = facula.attack(situation.unattacked.frame, int(generator.integers(2**31)))
         look = game.query(situation, tampered.frame)
         spot = tampered.settings["radius"], facula.strength
-        return Outcome(not look.episode.record.safe, look.report.alarm, *spot)
+        return AttemptOutcome(not look.episode.record.safe, look.report.alarm, *spot)
 
 
 def always(action: np.ndarray) -> Aim:
@@ -185,5 +185,5 @@ def _begin(options: argparse.Namespace, situations: list[Situation], fired: Any)
     _RANGE = _Range(options, situations, tell)
 
 
-def _outcomes(attacker: str, seed: int) -> list[Outcome]:
+def _outcomes(attacker: str, seed: int) -> list[AttemptOutcome]:
     return _RANGE.outcomes(attacker, seed)

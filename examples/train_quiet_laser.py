@@ -42,7 +42,7 @@ from typing import Any
 
 import numpy as np
 from aimed_laser import RADII, REACH, STRENGTHS
-from laser_attempts import ATTACKERS, LEARNERS, TRAINED, Outcome, Situation, attempts, laser
+from laser_attempts import ATTACKERS, LEARNERS, TRAINED, AttemptOutcome, Situation, attempts, laser
 from scipy.stats import t
 from train_perturbation_attacker import arguments, given
 
@@ -61,7 +61,7 @@ from avsec_gym.validation.thresholds import ThresholdTable
 TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
 """Sets of layouts."""
 ROWS = ("no_attack", *reversed(ATTACKERS))
-RATES: dict[str, Callable[[Outcome], bool]] = {
+RATES: dict[str, Callable[[AttemptOutcome], bool]] = {
     "unsafe": lambda outcome: outcome.unsafe,
     "alarm": lambda outcome: outcome.alarm,
     "unsafe_without_alarm": lambda outcome: outcome.unsafe and not outcome.alarm,
@@ -133,10 +133,10 @@ def measured(clean: FrameScenes) -> ThresholdTable:
 
 def unattacked(
     game: SensorAttackGame, most: int, seed: int
-) -> tuple[dict[Situation, Outcome], int]:
+) -> tuple[dict[Situation, AttemptOutcome], int]:
     """A situation of each scene that is driven safely, and of how many scenes none is."""
     generator = np.random.default_rng(seed)
-    found: dict[Situation, Outcome] = {}
+    found: dict[Situation, AttemptOutcome] = {}
     unsafe = 0
     scenes = game.scenes.scenes.labelled[:most]
     with progress("held-out scenes without an attack") as shown:
@@ -152,13 +152,13 @@ def unattacked(
                 ((intention, look) for intention, look in looks if look.episode.record.safe), None
             )
             if safe is not None:
-                found[scene.id, safe[0].value] = Outcome(False, safe[1].report.alarm)
+                found[scene.id, safe[0].value] = AttemptOutcome(False, safe[1].report.alarm)
             unsafe += bool(played) and safe is None
             shown(done, len(scenes))
     return found, unsafe
 
 
-def summary(outcomes: list[list[Outcome]], trained: bool) -> dict[str, Any]:
+def summary(outcomes: list[list[AttemptOutcome]], trained: bool) -> dict[str, Any]:
     """Of the outcomes of each seed in each situation."""
     rates = {}
     for name, is_counted in RATES.items():
@@ -195,7 +195,9 @@ def interval(flags: np.ndarray, trained: bool) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def differences(first: list[list[Outcome]], second: list[list[Outcome]]) -> dict[str, Any]:
+def differences(
+    first: list[list[AttemptOutcome]], second: list[list[AttemptOutcome]]
+) -> dict[str, Any]:
     """First less second, of learners."""
     result = {}
     for name, is_counted in RATES.items():
@@ -210,7 +212,9 @@ def differences(first: list[list[Outcome]], second: list[list[Outcome]]) -> dict
     return result
 
 
-def flags_of(outcomes: list[list[Outcome]], is_counted: Callable[[Outcome], bool]) -> np.ndarray:
+def flags_of(
+    outcomes: list[list[AttemptOutcome]], is_counted: Callable[[AttemptOutcome], bool]
+) -> np.ndarray:
     """Shape (seeds, situations)."""
     return np.array([[is_counted(outcome) for outcome in seed] for seed in outcomes], bool)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any, get_args
@@ -31,7 +30,7 @@ from avsec_gym.validation.connected.named_validators import (
 )
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
 from avsec_gym.validation.connected.recordings import RecordedInstant
-from avsec_gym.validation.connected.result import AttackKind
+from avsec_gym.validation.connected.result import AttackKind, Naming
 from avsec_gym.validation.connected.validator import ConnectedValidator
 
 OPTIONS = {"part": {"name": "rays"}, "quick": False, "world": ""}
@@ -43,16 +42,6 @@ ATTACKS: tuple[AttackKind, ...] = get_args(AttackKind)
 _WORK = "avsec_gym.benchmark.connected_instants:BenchmarkInstants"
 _ATTACKED, _DECIDABLE, _ALARM = "attacked", "decidable", "alarm"
 _ACCUSED, _SCORE, _ANSWER = "honest accused", "score", "answer"
-
-
-class Naming(IntEnum):
-    """What a validator makes of an attack, by the regions that are about it."""
-
-    NONE = 0
-    """None of them alarms."""
-    CANNOT_TELL = 1
-    VICTIM = 2
-    ANOTHER = 3
 
 
 @dataclass(frozen=True)
@@ -139,7 +128,7 @@ class _State:
 
 
 def _attacked_row(kind: AttackKind, state: _State, clean: _State) -> InstantsRow:
-    decidable, alarmed = state.decidable, [each for each in Naming if each != Naming.NONE]
+    decidable, alarmed = state.decidable, [each for each in Naming if each != Naming.NO_ALARM]
     scores, of_clean = decidable.scores, clean.scores
     area = roc_area(scores, of_clean)
     threshold = threshold_at(of_clean.scores, FALSE_ALARMS)
@@ -243,7 +232,7 @@ def _answer(judged: JudgedRegions, about: Any, victim: int) -> Naming:
         return Naming.ANOTHER
     if victim in named:
         return Naming.VICTIM
-    return Naming.CANNOT_TELL if named else Naming.NONE
+    return Naming.CANNOT_TELL if named else Naming.NO_ALARM
 
 
 BENCHMARK_INSTANTS = Experiment(

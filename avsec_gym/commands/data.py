@@ -11,7 +11,7 @@ import tyro
 from avsec_gym import console
 
 if TYPE_CHECKING:
-    from avsec_gym.kitti.report import Part
+    from avsec_gym.kitti.report import LayoutFolder
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,6 @@ def _place(root: Path) -> Path:
     return below if recognise(below) is KittiLayout.DETECTIONS else root
 
 
-def _contents(part: Part) -> str:
+def _contents(part: LayoutFolder) -> str:
     counts = part.objects or part.image_sizes
     return ", ".join(f"{name} {count}" for name, count in counts.items())

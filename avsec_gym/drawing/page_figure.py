@@ -25,7 +25,7 @@ class Key:
 
 
 @dataclass(frozen=True)
-class Picture:
+class CaptionedImage:
     """An image with a caption.
 
     Args:
@@ -53,7 +53,7 @@ class PictureRow:
         title: What they show.
     """
 
-    pictures: Sequence[Picture]
+    pictures: Sequence[CaptionedImage]
     layout: Literal["layers", "repairs"]
     title: str = ""
 

@@ -13,7 +13,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.storage.plain_numbers import plain_number
 from avsec_gym.storage.text_files import read_text
 
-Shape = tuple[int, ...]
+MatrixShape = tuple[int, ...]
 _LARGEST_NUMBER = 1e9
 _AGAIN = "Correct the line, or fetch the file again."
 
@@ -44,7 +44,7 @@ class MatrixFile:
 
 def read_matrices(
     path: str | Path,
-    shape_of: Callable[[str], Shape | None],
+    shape_of: Callable[[str], MatrixShape | None],
     aliases: Mapping[str, str] | None = None,
 ) -> MatrixFile:
     """The matrices of a file; the colon after a name may lack.
@@ -88,7 +88,7 @@ def matrix_lines(matrices: Mapping[str, Floats], digits: int) -> str:
     )
 
 
-def _matrix(name: str, words: list[str], shape: Shape, path: str | Path, line: int) -> Floats:
+def _matrix(name: str, words: list[str], shape: MatrixShape, path: str | Path, line: int) -> Floats:
     count = int(np.prod(shape))
     if len(words) != count:
         raise DataError(

@@ -15,7 +15,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.calibration import FEWEST_CAMERAS
-from avsec_gym.kitti.matrix_files import MatrixFile, Shape, matrix_lines, read_matrices
+from avsec_gym.kitti.matrix_files import MatrixFile, MatrixShape, matrix_lines, read_matrices
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.storage.text_files import write_text
 
@@ -128,7 +128,7 @@ def write_raw_calibration(
         write_text(folder / name, _TIME + text, overwrite=overwrite)
 
 
-def _camera_shape(name: str) -> Shape | None:
+def _camera_shape(name: str) -> MatrixShape | None:
     number = name.removeprefix(_PROJECTION)
     if number != name and len(number) == 2 and number.isascii() and number.isdecimal():
         return (3, 4)
@@ -136,7 +136,7 @@ def _camera_shape(name: str) -> Shape | None:
 
 
 def _rigid_file(path: Path) -> MatrixFile:
-    shapes: dict[str, Shape] = {"R": (3, 3), "T": (3, 1)}
+    shapes: dict[str, MatrixShape] = {"R": (3, 3), "T": (3, 1)}
     file = read_matrices(path, shapes.get)
     file.require(list(shapes), _AGAIN)
     return file

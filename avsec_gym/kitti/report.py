@@ -20,7 +20,7 @@ FileCheck = Callable[[Path, Counter[str], Sizes], None]
 
 
 @dataclass(frozen=True)
-class Part:
+class LayoutFolder:
     """One folder of the layout."""
 
     folder: str
@@ -67,7 +67,7 @@ class DataReport:
 
     root: str
     layout: KittiLayout
-    parts: tuple[Part, ...] = ()
+    parts: tuple[LayoutFolder, ...] = ()
     gaps: tuple[Gap, ...] = ()
     broken: tuple[BrokenFile, ...] = ()
     notes: tuple[str, ...] = ()
@@ -96,7 +96,7 @@ class Survey:
 
     def __init__(self, root: Path, layout: KittiLayout, on_progress: Progress | None) -> None:
         self.root, self.layout, self._on_progress = root, layout, on_progress
-        self.parts: list[Part] = []
+        self.parts: list[LayoutFolder] = []
         self.gaps: list[Gap] = []
         self.broken: list[BrokenFile] = []
         self.notes: list[str] = [layout.description]
@@ -122,7 +122,9 @@ class Survey:
             images = Counter(f"{width}x{height}" for width, height in sizes.values())
             broken = len(self.broken) - before
             name = self.name(group.folder)
-            self.parts.append(Part(name, len(group.paths), broken, dict(objects), dict(images)))
+            self.parts.append(
+                LayoutFolder(name, len(group.paths), broken, dict(objects), dict(images))
+            )
 
     def add(self, error: DataError) -> None:
         """Something is broken."""

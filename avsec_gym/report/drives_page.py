@@ -10,7 +10,7 @@ from typing import Any
 from avsec_gym.closed_loop.drive_film import DriveFilm
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.film_strip import Shown, film_strip
-from avsec_gym.drawing.page_figure import Figure, Picture, PictureRow
+from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
 from avsec_gym.drawing.page_table import Table, TableCell, figure, name
 from avsec_gym.drives.drive_folder import DriveFolder
 from avsec_gym.drives.summary import Mean, SettingSummary
@@ -165,9 +165,9 @@ def _scene_figure(folder: DriveFolder, scene: DrivenScene) -> Figure:
     )
 
 
-def _strip(shown: Shown, panels: int, every: int) -> Picture:
+def _strip(shown: Shown, panels: int, every: int) -> CaptionedImage:
     film: DriveFilm = shown.film
-    return Picture(
+    return CaptionedImage(
         embedded(film_strip(shown, panels, every)),
         f"{shown.outcome} after {film.times[-1]:.1f} s",
         f"Film strip of a drive that ends after {film.times[-1]:.1f} s: {shown.outcome}",

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from avsec_gym.experiments.chapter4.condition_states import ConditionStates
-from avsec_gym.experiments.chapter4.measured_state import MeasuredState, Naming
+from avsec_gym.experiments.chapter4.measured_state import MeasuredState
 from avsec_gym.experiments.chapter4.settings import ATTACKS, METHODS, OPERATING_RATE
 from avsec_gym.metrics.clustered_shares import Share, share_of
-from avsec_gym.validation.connected.result import AttackKind
+from avsec_gym.validation.connected.result import AttackKind, Naming
 from avsec_gym.validation.connected.validator import Method
 
 
@@ -27,7 +27,7 @@ class AttackRates:
         of_decidable: The same of the decidable ones.
         victim: The attacks of which the method, at the fit's own threshold, names the victim.
         another: The attacks of which it names another vehicle.
-        untold: The attacks whose vehicle it declares that it cannot tell.
+        cannot_tell: The attacks whose vehicle it declares that it cannot tell.
     """
 
     condition: str
@@ -39,7 +39,7 @@ class AttackRates:
     of_decidable: Share
     victim: Share
     another: Share
-    untold: Share
+    cannot_tell: Share
 
 
 def attack_rates(states: ConditionStates) -> list[AttackRates]:
@@ -71,7 +71,7 @@ def _rates(states: ConditionStates, kind: AttackKind, method: Method) -> AttackR
         of_decidable=detected(decidable),
         victim=named(Naming.VICTIM),
         another=named(Naming.ANOTHER),
-        untold=named(Naming.CANNOT_TELL),
+        cannot_tell=named(Naming.CANNOT_TELL),
     )
 
 

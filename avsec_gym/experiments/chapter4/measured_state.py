@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +12,10 @@ from avsec_gym.experiments.chapter4.settings import METHODS, ConnectedCondition,
 from avsec_gym.geometry import Floats
 from avsec_gym.runs.experiment import Measurement
 from avsec_gym.runs.results import Results
+from avsec_gym.validation.connected.result import Naming
 from avsec_gym.validation.connected.validator import Method
 
 _ATTACKED, _DECIDABLE, _DISTANCE = "attacked", "decidable", "distance"
-
-
-class Naming(IntEnum):
-    """The answer of a method for an attacked region, by the constants of the fit."""
-
-    NO_ALARM = 0
-    CANNOT_TELL = 1
-    VICTIM = 2
-    ANOTHER = 3
 
 
 @dataclass(frozen=True, eq=False)

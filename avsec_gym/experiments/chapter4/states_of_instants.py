@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter4.compared_instant import ComparedInstant
-from avsec_gym.experiments.chapter4.measured_state import MeasuredState, Naming
+from avsec_gym.experiments.chapter4.measured_state import MeasuredState
 from avsec_gym.experiments.chapter4.settings import METHODS
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
+from avsec_gym.validation.connected.result import Naming
 
 _NONE = np.zeros(0, np.int64)
 

@@ -112,7 +112,15 @@ def _of_thesis(row: DetectionRate) -> float | None:
 
 
 def _attack_table(rows: Sequence[AttackRates]) -> Table:
-    shares = ("covered", "decidable", "detected", "of_decidable", "victim", "another", "untold")
+    shares = (
+        "covered",
+        "decidable",
+        "detected",
+        "of_decidable",
+        "victim",
+        "another",
+        "cannot_tell",
+    )
     return Table(
         "All attacks, end to end",
         [

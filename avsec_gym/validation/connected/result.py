@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any, Literal
 
 import numpy as np
@@ -17,6 +18,16 @@ from avsec_gym.validation.connected.traffic import SentMessages
 
 AttackKind = Literal["ghost", "removal"]
 """Something is in a scan that is not there, or is missing from it that is."""
+
+
+class Naming(IntEnum):
+    """What a validator makes of an attack, by the regions that are about it."""
+
+    NO_ALARM = 0
+    """None of them alarms."""
+    CANNOT_TELL = 1
+    VICTIM = 2
+    ANOTHER = 3
 
 
 @dataclass(frozen=True)

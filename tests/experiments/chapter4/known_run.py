@@ -23,6 +23,7 @@ from avsec_gym.experiments.chapter4.settings import (
     ConnectedCondition,
 )
 from avsec_gym.runs.experiment import Measurement
+from avsec_gym.validation.connected.result import Naming
 
 REGIONS = 10
 DISTANCES = np.array([0.1, 0.2, 1.5])

@@ -34,7 +34,7 @@ def test_attacks_are_counted_end_to_end(summary: ConnectedSummary) -> None:
     assert (rays.covered.rate, rays.decidable.rate) == (3 / 4, 2 / 4)
     assert (rays.detected.rate, rays.of_decidable.rate) == (2 / 4, 1.0)
     assert (surfaces.detected.rate, surfaces.of_decidable.rate) == (1 / 4, 1 / 2)
-    assert (rays.victim.rate, surfaces.victim.rate, surfaces.untold.rate) == (1 / 2, 0, 1 / 4)
+    assert (rays.victim.rate, surfaces.victim.rate, surfaces.cannot_tell.rate) == (1 / 2, 0, 1 / 4)
 
 
 def test_areas_and_rates_of_known_scores(summary: ConnectedSummary) -> None:

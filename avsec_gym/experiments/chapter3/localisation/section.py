@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from avsec_gym.drawing.page_figure import Figure, Picture, PictureRow
+from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
 from avsec_gym.errors import AvsecError
 from avsec_gym.experiments.chapter3.localisation.in_words import localisation_sentences
 from avsec_gym.experiments.chapter3.localisation.rates import (
@@ -61,7 +61,7 @@ def localisation_section(
 
 def _figure(pictures: Sequence[RepairPicture]) -> Figure:
     shown = [
-        Picture(
+        CaptionedImage(
             picture.image,
             picture.title,
             f"{picture.title}: clean, attacked, found beside true, repaired",

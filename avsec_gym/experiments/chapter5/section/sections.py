@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from avsec_gym.drawing.page_figure import Figure, Key, Picture, PictureRow, line_key, mark_key
+from avsec_gym.drawing.page_figure import (
+    CaptionedImage,
+    Figure,
+    Key,
+    PictureRow,
+    line_key,
+    mark_key,
+)
 from avsec_gym.drawing.page_table import Table, bounds, number
 from avsec_gym.drawing.page_templates import page_templates
 from avsec_gym.drawing.turnable_scene.page_part import (
@@ -208,7 +215,7 @@ def _map_figure(maps: Sequence[SpreadPicture]) -> Figure:
     rows = []
     for spread in maps:
         layers = [
-            Picture(
+            CaptionedImage(
                 layer.image,
                 layer.layer,
                 layer.layer,
@@ -216,7 +223,7 @@ def _map_figure(maps: Sequence[SpreadPicture]) -> Figure:
             )
             for layer in spread.maps
         ]
-        seen = Picture(spread.image, "input", "The patch in the middle of the image")
+        seen = CaptionedImage(spread.image, "input", "The patch in the middle of the image")
         rows.append(PictureRow([seen, *layers], "layers", spread.title))
     return Figure(
         "Figure 5.8: what a patch changes in feature maps, from shallow to deep",
