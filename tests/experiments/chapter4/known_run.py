@@ -9,7 +9,6 @@ import numpy as np
 
 from avsec_gym.experiments.chapter4.measured_state import (
     MeasuredState,
-    Naming,
     rows_of,
     setting_of,
 )
