@@ -7,16 +7,16 @@ studies/perception draws with it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.box_edges import edges_in_image
 from avsec_gym.drawing.figure_style import as_drawn
 from avsec_gym.drawing.scenario_picture import INK, REAL, ROAD
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import Floats, box_corners, project, rectangle_corners
+from avsec_gym.geometry import Floats, box_corners, rectangle_corners
 from avsec_gym.kitti.labels import DONT_CARE
 
 if TYPE_CHECKING:
@@ -27,9 +27,6 @@ COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7")
 """Colours of detectors, in their order."""
 TRUE_IN_IMAGE = "#FFFFFF"
 
-_SIDES = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4, 5, 1, 2, 6, 7, 3]
-"""A way over all edges of a box by the corners of `box_corners`."""
-_NEAR = 0.3
 _AHEAD, _ASIDE = 62.0, 22.0
 """Metres that the view from above shows."""
 
@@ -161,12 +158,5 @@ def _draw_boxes(
     """Edges as far as they lie before the camera."""
     every = box_corners(boxes.location, boxes.dimensions, boxes.rotation_y)
     for corners in every:
-        way = corners[_SIDES]
-        for start, end in pairwise(way):
-            low, high = sorted((start, end), key=lambda point: point[2])
-            if high[2] < _NEAR:
-                continue
-            if low[2] < _NEAR:
-                low = low + (high - low) * (_NEAR - low[2]) / (high[2] - low[2])
-            pixels, _ = project(projection, np.stack([low, high]))
+        for pixels in edges_in_image(corners, projection):
             axes.plot(*pixels.T, color=colour, lw=thickness, solid_capstyle="round")

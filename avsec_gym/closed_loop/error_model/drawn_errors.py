@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.error_model.drawn_ghosts import DrawnGhosts
 from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, radial_reach
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, object_views
-from avsec_gym.closed_loop.relative_poses import Pose, in_world, seen_from
+from avsec_gym.closed_loop.relative_poses import Pose, seen_from
 from avsec_gym.geometry import Floats, ego_to_camera
 
 FOUND, TURNED = 0, 1
@@ -31,14 +32,14 @@ class DrawnErrors:
 
     def __init__(self, model: ErrorModel, half_view: float = HALF_VIEW) -> None:
         self.model, self.half_view = model, half_view
+        self._ghosts = DrawnGhosts(model.ghosts)
         self.begin(0)
 
     def begin(self, seed: int) -> None:
         """Forget the last drive; the next one's errors follow from the seed."""
         self._random = np.random.default_rng(seed)
         self._latent: dict[int, Floats] = {}
-        self._ghosts: Floats | None = None
-        """World x, y and heading, height, width, length; shape (G, 6)."""
+        self._ghosts.begin()
         self._time = 0.0
 
     def detect(
@@ -64,7 +65,9 @@ class DrawnErrors:
         seen = np.flatnonzero(found & (views.outside < 1))
         boxes, actors, latent = boxes[seen], actors[seen], latent[seen]
         real = self._displaced(boxes, views.distance[seen], views.bearing[seen], latent)
-        ghosts = self._ghosts_at(pose, passed)
+        drawn = self._ghosts.at(pose, passed, self._random)
+        heights = np.full(len(drawn), _CAMERA_HEIGHT)
+        ghosts = _cars(seen_from(pose, drawn[:, :3]), drawn[:, 3:], heights)
         return (
             Boxes3D.concatenate([real, ghosts]),
             np.concatenate([actors, np.full(len(ghosts), -1)]),
@@ -103,26 +106,6 @@ class DrawnErrors:
         dimensions[:, 1] *= np.exp(np.clip(error["log_width"], -1, 1))
         dimensions[:, 2] *= np.exp(np.clip(error["log_length"], -1, 1))
         return _cars(poses, dimensions, boxes.location[:, 1])
-
-    def _ghosts_at(self, pose: Pose, passed: float) -> Boxes3D:
-        """The ghosts of this instant: some have gone, others have come, as many on average."""
-        model = self.model.ghosts
-        if self._ghosts is None:
-            self._ghosts, kept = np.zeros((0, 6)), 0.0
-        else:
-            kept = math.exp(-passed / model.seconds)
-            self._ghosts = self._ghosts[self._random.random(len(self._ghosts)) < kept]
-        count = int(self._random.poisson(model.rate * (1 - kept)))
-        if count:
-            places = np.array(model.seen)
-            new = places[self._random.integers(len(places), size=count)]
-            new[:, :3] = in_world(pose, new[:, :3])
-            self._ghosts = np.concatenate([self._ghosts, new])
-        return _cars(
-            seen_from(pose, self._ghosts[:, :3]),
-            self._ghosts[:, 3:],
-            np.full(len(self._ghosts), _CAMERA_HEIGHT),
-        )
 
 
 _CAMERA_HEIGHT = 1.65

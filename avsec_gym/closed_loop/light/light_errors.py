@@ -12,12 +12,12 @@ from avsec_gym.box_overlap import overlap_area
 from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.error_model.drawn_errors import FOUND, LATENT, TURNED
+from avsec_gym.closed_loop.error_model.drawn_ghosts import DrawnGhosts
 from avsec_gym.closed_loop.error_model.matching import LATERAL_REACH, RADIAL_REACH
 from avsec_gym.closed_loop.error_model.model import COMPONENTS, FARTHEST, UNIT, ErrorModel
 from avsec_gym.closed_loop.error_model.object_views import HALF_VIEW, RAYS
 from avsec_gym.closed_loop.light.light_drive import LightDrive
 from avsec_gym.closed_loop.light.t_quantiles import quantile_table, t_quantile
-from avsec_gym.closed_loop.relative_poses import in_world
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 
@@ -61,15 +61,14 @@ class LightErrors:
             float(model.turned_round),
             bool(moving),
         )
-        self._places = np.array(model.ghosts.seen).reshape(-1, 6)
+        self._ghosts = DrawnGhosts(model.ghosts)
         self.begin(0)
 
     def begin(self, seed: int) -> None:
         """Forget the last drive; the errors of the next one follow from the seed."""
         self._random = np.random.default_rng(seed)
         self._latent: Floats | None = None
-        self._ghosts: Floats | None = None
-        """World x, y and heading, height, width, length; shape (G, 6)."""
+        self._ghosts.begin()
         self._time = 0.0
 
     def perceive(self, drive: LightDrive) -> Belief:
@@ -86,7 +85,7 @@ class LightErrors:
         )
         _remember(self._latent, present, fresh, keeps)
         pose = (float(car[0]), float(car[1]), float(car[3]))
-        ghosts = self._ghosts_at(pose, passed)
+        ghosts = self._ghosts.at(pose, passed, self._random)
         poses, length, width, speeds = _believed(
             self._errors,
             pose,
@@ -99,21 +98,6 @@ class LightErrors:
             ghosts,
         )
         return Belief(drive.elapsed, poses, length, width, speeds, drive.place.scene.road_type)
-
-    def _ghosts_at(self, pose: tuple[float, float, float], passed: float) -> Floats:
-        """The ghosts of this instant: some have gone, others have come."""
-        model = self.model.ghosts
-        if self._ghosts is None:
-            self._ghosts, kept = np.zeros((0, 6)), 0.0
-        else:
-            kept = math.exp(-passed / model.seconds)
-            self._ghosts = self._ghosts[self._random.random(len(self._ghosts)) < kept]
-        count = int(self._random.poisson(model.rate * (1 - kept)))
-        if count:
-            new = self._places[self._random.integers(len(self._places), size=count)]
-            new[:, :3] = in_world(pose, new[:, :3])
-            self._ghosts = np.concatenate([self._ghosts, new])
-        return self._ghosts
 
 
 @kernel(nogil=True)

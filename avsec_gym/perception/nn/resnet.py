@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal, Protocol
 
 from torch import Tensor, nn
@@ -134,6 +135,25 @@ def freeze(module: nn.Module) -> None:
     """Keep parameters and statistics as they are; gradients still pass through to the pixels."""
     module.eval()
     module.requires_grad_(False)
+
+
+def freeze_body(
+    network: nn.Module, body: Sequence[nn.Module], stages: int, normalisation: Normalisation
+) -> None:
+    """Freeze the first stages of a network's body, and all batch statistics where these are.
+
+    Args:
+        network: The whole network.
+        body: The stages of its body, the one next to the image first.
+        stages: How many of them are frozen.
+        normalisation: The network's; ``frozen_batch`` freezes the statistics wherever they are.
+    """
+    for stage in body[:stages]:
+        freeze(stage)
+    if normalisation == "frozen_batch":
+        for module in network.modules():
+            if isinstance(module, nn.BatchNorm2d):
+                freeze(module)
 
 
 def normalisation_layer(

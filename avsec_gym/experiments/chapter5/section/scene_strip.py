@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.box_edges import edges_in_image
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.episode_drawing import draw_episode_from_above
 from avsec_gym.drawing.turnable_scene.page_part import turnable_part
@@ -26,16 +26,13 @@ from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.section.telling_scenes import Telling
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import Floats, box_corners, project
+from avsec_gym.geometry import Floats, box_corners
 from avsec_gym.kitti.labels import DONT_CARE
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import PipelineRun
 from avsec_gym.scenario.intention import Intention
 
 _GREY = 128
-_EDGES = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4, 5, 1, 2, 6, 7, 3]
-"""A way over all edges of a box by the corners of `box_corners`."""
-_NEAR = 0.3
 
 
 class Repeats(Protocol):
@@ -227,13 +224,7 @@ def _outlines(frame: SensorFrame, boxes: Boxes3D) -> tuple[str, ...]:
 
 def _outline(corners: Floats, projection: Floats) -> str:
     parts: list[str] = []
-    for start, end in pairwise(corners[_EDGES]):
-        low, high = sorted((start, end), key=lambda point: float(point[2]))
-        if high[2] < _NEAR:
-            continue
-        if low[2] < _NEAR:
-            low = low + (high - low) * (_NEAR - low[2]) / (high[2] - low[2])
-        pixels, _ = project(projection, np.stack([low, high]))
+    for pixels in edges_in_image(corners, projection):
         (u, v), (w, h) = np.clip(pixels, -5000, 5000)
         parts.append(f"M{u:.0f} {v:.0f}L{w:.0f} {h:.0f}")
     return "".join(parts)

@@ -18,7 +18,7 @@ from avsec_gym.perception.detectors.faster_rcnn.region_proposals import (
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid, FeaturePyramidNetwork
 from avsec_gym.perception.nn.initialisation import normal_weights
 from avsec_gym.perception.nn.region_pooling import COARSEST, FINEST, pooled_regions
-from avsec_gym.perception.nn.resnet import EXPANSION, freeze, residual_stages, stem
+from avsec_gym.perception.nn.resnet import EXPANSION, freeze_body, residual_stages, stem
 
 BINS = 7
 """Along a side of a pooled region."""
@@ -102,12 +102,8 @@ class FasterRcnnNetwork(nn.Module):
     def train(self, mode: bool = True) -> Self:
         """As `torch.nn.Module.train`, but freezes (again) what the configuration has frozen."""
         super().train(mode)
-        for part in self.body[: self.configuration.frozen_stages]:
-            freeze(part)
-        if self.configuration.normalisation == "frozen_batch":
-            for module in self.modules():
-                if isinstance(module, nn.BatchNorm2d):
-                    freeze(module)
+        numbers = self.configuration
+        freeze_body(self, tuple(self.body), numbers.frozen_stages, numbers.normalisation)
         return self
 
 

@@ -23,7 +23,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.proposals import PairProposals, 
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpn, StereoRpnOutput
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.initialisation import normal_weights
-from avsec_gym.perception.nn.resnet import EXPANSION, freeze, residual_stages, stem
+from avsec_gym.perception.nn.resnet import EXPANSION, freeze_body, residual_stages, stem
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,12 +185,8 @@ class StereoRcnnNetwork(nn.Module):
             self.RCNN_layer3,
             self.RCNN_layer4,
         )
-        for part in body[: self.configuration.frozen_stages]:
-            freeze(part)
-        if self.configuration.normalisation == "frozen_batch":
-            for module in self.modules():
-                if isinstance(module, nn.BatchNorm2d):
-                    freeze(module)
+        numbers = self.configuration
+        freeze_body(self, body, numbers.frozen_stages, numbers.normalisation)
         return self
 
 
