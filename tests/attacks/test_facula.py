@@ -81,6 +81,12 @@ def test_the_thesis_draws_size_and_place() -> None:
     assert Facula(radius=80).attack(small, 7).settings["u"] == u[7]
 
 
+def test_the_middle_is_drawn_on_a_pixel() -> None:
+    alone = frame_of(size=(1, 1))
+    places = [Facula().attack(alone, seed).settings for seed in range(5)]
+    assert [(each["u"], each["v"]) for each in places] == [(0.0, 0.0)] * 5
+
+
 def test_the_seed_decides_and_nothing_else_is_touched() -> None:
     frame = frame_of()
     before = frame.image(2).copy()

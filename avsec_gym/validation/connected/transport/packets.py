@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import IntEnum, unique
 
 from avsec_gym.errors import DataError
 
@@ -19,6 +19,7 @@ _MAGIC = b"AP"
 _HEADER = struct.Struct("<2sBBIII")
 
 
+@unique
 class PacketStep(IntEnum):
     """What a packet is in the course of an instant."""
 
