@@ -16,9 +16,11 @@ from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.suggestions import unknown_name
 from studies.catalogue import STUDIES, minutes_of_command
-from studies.index import SourceState, called_current, outdated, pages, source_states
+from studies.docs_pages import docs_called_current, docs_pages
+from studies.index import called_current, outdated, pages
 from studies.make_anew import Given, make_anew
 from studies.provenance import read_records
+from studies.source_states import SourceState, source_states
 from studies.study import DATA, ROOT, Study
 
 
@@ -123,9 +125,10 @@ def _check() -> None:
         f"studies: {kinds.count(False)} of unchanged sources, {kinds.count(True)} stale,"
         f" {kinds.count(None)} not made yet"
     )
-    if others := [path.relative_to(ROOT).as_posix() for path in outdated(pages(read_records()))]:
+    written = pages(states) | docs_pages(states)
+    if others := [path.relative_to(ROOT).as_posix() for path in outdated(written)]:
         print_line(f"`python -m studies index` would say so in {', '.join(others)}")
-    if wrong := called_current(states):
+    if wrong := called_current(states) + docs_called_current(states):
         raise DataError(
             f"{', '.join(wrong)}: sources are called unchanged that have changed.",
             remedy="Run `python -m studies index`, which makes the pages state so.",
@@ -133,7 +136,8 @@ def _check() -> None:
 
 
 def _write() -> None:
-    written = pages(read_records())
+    states = source_states(read_records())
+    written = pages(states) | docs_pages(states)
     for path in outdated(written):
         write_text(path, written[path], overwrite=True)
         print_line(f"{path.relative_to(ROOT)} written")

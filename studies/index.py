@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from os.path import relpath
 from pathlib import Path
 
 from avsec_gym.storage.text_files import read_text
 from studies.catalogue import STUDIES, minutes_of_command
-from studies.provenance import Record, changed, sources_of
+from studies.source_states import CURRENT, SourceState
 from studies.study import ROOT, Study
 
 README = ROOT / "studies/README.md"
 
 _BEGIN, _END = "<!-- sources -->", "<!-- /sources -->"
 _REMARK = re.compile(f"\n{_BEGIN}\n.*?\n{_END}\n", re.DOTALL)
-_CURRENT = "Sources: unchanged"
-_NAMED = 3
-"""So many of the sources that have changed are named."""
 
 _HEAD = """# Studies
 
@@ -36,55 +32,6 @@ other one. A study that has not been made yet has its row and its command here, 
 """
 
 
-@dataclass(frozen=True)
-class SourceState:
-    """Whether a study's sources are those that it was made from."""
-
-    stale: bool | None
-    """True also where its sources were not recorded: they were restructured since, and the world
-    that most studies render has a second edition.  None: not made yet."""
-    text: str
-    """The remark in a sentence."""
-
-    @property
-    def word(self) -> str:
-        """In a word or two."""
-        return {None: "not made yet", True: "stale", False: "current"}[self.stale]
-
-
-def source_states(records: Mapping[str, Record]) -> dict[str, SourceState]:
-    """That of every study; see `source_state`."""
-    return {name: source_state(study, records) for name, study in STUDIES.items()}
-
-
-def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT) -> SourceState:
-    """Compare the sources of a study, and of those that its page shows, with what was recorded.
-
-    Args:
-        study: One of the catalogue.
-        records: Records of all studies.
-        root: Root of the checkout.
-    """
-    parts = [study, *(STUDIES[name] for name in study.shows)]
-    if any(part.name not in records for part in parts):
-        return SourceState(None, "Not made yet")
-    made = min((records[part.name] for part in parts), key=_age)
-    if made.sources is None:
-        return SourceState(
-            True,
-            "Stale: made before its sources were recorded"
-            f" (commit {made.commit}, {made.date}), and many have changed since",
-        )
-    then = {k: v for part in parts for k, v in (records[part.name].sources or {}).items()}
-    now = sources_of((name for part in parts for name in part.sources), root)
-    since = f"since it was made, {made.date} (avsec-gym {made.version})"
-    if not (others := changed(then, now)):
-        return SourceState(False, f"{_CURRENT} {since}")
-    named = ", ".join([*others[:_NAMED], *(["..."] if len(others) > _NAMED else [])])
-    count = f"{len(others)} of {len({*then.values(), *now.values()})} source files have changed"
-    return SourceState(True, f"Stale: {count} ({named}) {since}")
-
-
 def with_remark(page: str, remark: str) -> str:
     """A page that states something of itself below its title, in place of what it stated before."""
     title, end, rest = _REMARK.sub("", page, count=1).partition("\n")
@@ -96,13 +43,13 @@ def without_remark(page: str) -> str:
     return _REMARK.sub("", page, count=1)
 
 
-def pages(records: Mapping[str, Record], root: Path = ROOT) -> dict[Path, str]:
-    """File -> what has to be in it: the index, and every page with its remark.
+def pages(states: Mapping[str, SourceState], root: Path = ROOT) -> dict[Path, str]:
+    """File -> what has to be in it: the index, and every page of a study with its remark.
 
     A study that has not been made yet has its row in the index, and no page.
 
     Args:
-        records: Records of all studies.
+        states: Today's state of studies.
         root: Root of the checkout.
 
     Raises:
@@ -110,11 +57,11 @@ def pages(records: Mapping[str, Record], root: Path = ROOT) -> dict[Path, str]:
     """
     index = root / README.relative_to(ROOT)
     written = {index: _HEAD}
-    for study in STUDIES.values():
-        state = source_state(study, records, root)
+    for study in (STUDIES[name] for name in states):
+        state = states[study.name]
         written[index] += f"| {' | '.join(_row(study, state, root))} |\n"
         for name in study.pages:
-            if study.name not in records and not (root / name).is_file():
+            if state.stale is None and not (root / name).is_file():
                 continue
             all_of_them = f"[all studies]({relpath(index, (root / name).parent)})"
             remark = f"*{state.text}. `{study.command}` makes it anew; {all_of_them}.*"
@@ -140,9 +87,9 @@ def called_current(states: Mapping[str, SourceState], root: Path = ROOT) -> list
     claims = {}
     for name in (name for study in changed_since for name in study.pages):
         remark = _REMARK.search(_text(root / name))
-        claims[name] = remark is not None and _CURRENT in remark[0]
+        claims[name] = remark is not None and CURRENT in remark[0]
     index = README.relative_to(ROOT).as_posix()
-    rows = [row for row in _text(root / index).splitlines() if _CURRENT in row]
+    rows = [row for row in _text(root / index).splitlines() if CURRENT in row]
     heads = tuple(f"| [{study.name}](" for study in changed_since)
     claims[index] = any(row.startswith(heads) for row in rows)
     return sorted(name for name, is_wrong in claims.items() if is_wrong)
@@ -160,8 +107,3 @@ def _row(study: Study, state: SourceState, root: Path) -> Iterable[str]:
     yield f"`{study.command}`"
     yield f"{minutes_of_command(study)} min"
     yield state.text
-
-
-def _age(record: Record) -> tuple[bool, str]:
-    """What was recorded counts as newer than what was not."""
-    return record.sources is not None, record.date

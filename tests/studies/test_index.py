@@ -12,26 +12,23 @@ import pytest
 from avsec_gym.errors import DataError
 from studies.__main__ import main
 from studies.catalogue import STUDIES
-from studies.index import (
-    README,
-    SourceState,
-    called_current,
-    pages,
-    source_state,
-    source_states,
-    with_remark,
-    without_remark,
-)
+from studies.docs_pages import docs_called_current, docs_pages
+from studies.index import README, called_current, pages, with_remark, without_remark
 from studies.provenance import Record, read_records, sources_of
+from studies.source_states import SourceState, source_state, source_states
 from studies.study import RESULTS, Step, Study
 
-STALENESS = re.compile(r"Sources: unchanged|Stale: \d+ of \d+ source files have changed \(.*?\)")
+STALENESS = re.compile(
+    r"Sources: unchanged|Stale: \d+ of \d+ source files have changed \(.*?\)"
+    r"|\| (current|stale) \||, stale\)"
+)
 
 
-def test_the_index_and_the_pages_agree_with_the_records() -> None:
+def test_the_index_and_the_pages_agree_with_the_records_and_the_results() -> None:
+    states = source_states(read_records())
     wrong = [
         path.name
-        for path, text in pages(read_records()).items()
+        for path, text in (pages(states) | docs_pages(states)).items()
         if STALENESS.sub("", path.read_text()) != STALENESS.sub("", text)
     ]
     assert not wrong, "run `python -m studies index`"
@@ -69,13 +66,14 @@ def test_what_is_said_of_sources(tmp_path: Path) -> None:
 def test_the_list_has_the_minutes_and_the_states_of_the_index(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    made = read_records()
     states = {
-        name: SourceState(stale, "") for name, stale in zip(STUDIES, cycle((True, False, None)))
+        name: SourceState(stale if name in made else None, "")
+        for name, stale in zip(STUDIES, cycle((True, False, None)))
     }
     monkeypatch.setattr("studies.__main__.source_states", lambda _: states)
-    monkeypatch.setattr("studies.index.source_state", lambda study, *_: states[study.name])
     assert main(["--json"]) == 0
-    index = pages({})[README]
+    index = pages(states)[README]
     for facts in json.loads(capsys.readouterr().out):
         assert facts["stale"] is states[facts["name"]].stale
         assert f"| `{facts['command']}` | {facts['minutes']} min |" in index
@@ -105,27 +103,30 @@ def test_a_study_that_has_not_been_made_has_a_row_and_no_page(
     (tmp_path / "a.py").write_text("A = 1\n")
     writes = (f"{RESULTS}/new.md", f"{RESULTS}/new.json")
     new = Study("new", "What?", 7, writes, (Step(("a.py",)),), ("a.py",))
-    monkeypatch.setattr("studies.index.STUDIES", {"new": new})
+    for module in ("index", "source_states"):
+        monkeypatch.setattr(f"studies.{module}.STUDIES", {"new": new})
     index = tmp_path / "studies/README.md"
-    written = pages({}, tmp_path)
+    written = pages(source_states({}, tmp_path), tmp_path)
     assert list(written) == [index]
     # A link would lead nowhere.
     assert written[index].endswith(
         "| new | What? | `python -m studies.new` | 7 min | Not made yet |\n"
     )
     # It calls nothing current, so that the check has no fault to find.
-    assert called_current(source_states({}), tmp_path) == []
+    assert called_current(source_states({}, tmp_path), tmp_path) == []
     monkeypatch.setattr("studies.__main__.read_records", dict)
     monkeypatch.setattr("studies.__main__.pages", lambda _: {})
+    monkeypatch.setattr("studies.__main__.docs_pages", lambda _: {})
+    monkeypatch.setattr("studies.__main__.docs_called_current", lambda _: [])
     assert main(["check"]) == 0
     assert "0 of unchanged sources, 0 stale, 1 not made yet" in capsys.readouterr().out
     # A page that was made and is gone is a fault.
     made = {"new": Record("2026-12-01", version="0.1.0", sources=sources_of(["a.py"], tmp_path))}
     with pytest.raises(DataError, match=r"new\.md"):
-        pages(made, tmp_path)
+        pages(source_states(made, tmp_path), tmp_path)
     (tmp_path / RESULTS).mkdir(parents=True)
     (tmp_path / writes[0]).write_text("# New\n")
-    written = pages(made, tmp_path)
+    written = pages(source_states(made, tmp_path), tmp_path)
     assert "| [new](results/new.md) |" in written[index]
     assert "Sources: unchanged" in written[tmp_path / writes[0]]
 
@@ -160,6 +161,8 @@ def test_the_check_fails_on_such_a_page_alone(
     monkeypatch.setattr("studies.__main__.source_states", lambda _: {"a": SourceState(True, "")})
     monkeypatch.setattr("studies.__main__.outdated", lambda _: [README])
     monkeypatch.setattr("studies.__main__.pages", lambda _: {})
+    monkeypatch.setattr("studies.__main__.docs_pages", lambda _: {})
+    monkeypatch.setattr("studies.__main__.docs_called_current", lambda _: [])
     monkeypatch.setattr("studies.__main__.called_current", lambda _: claims)
     assert main(["check"]) == code
     told = capsys.readouterr()
@@ -180,3 +183,16 @@ def test_remarks_of_this_repository(name: str) -> None:
     text = (Path(__file__).parents[2] / f"studies/results/{name}.md").read_text()
     assert text.count("<!-- sources -->") == 1
     assert "[all studies](../README.md)" in text
+
+
+def test_a_row_that_is_called_current_though_its_sources_changed_is_found(tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    row = "| a | 1 | 2 | – | real | `believed.json: a` | `python -m studies.believed --kitti DIR` |"
+    page = "docs/reproduce_chapter3.md"
+
+    def found(word: str, state: bool | None) -> list[str]:
+        (tmp_path / page).write_text(f"{row} {word} | open |\n")
+        return docs_called_current({"believed": SourceState(state, "")}, tmp_path)
+
+    assert found("stale", True) == found("current", False) == found("stale", False) == []
+    assert found("current", True) == found("current", None) == [page]

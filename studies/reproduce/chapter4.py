@@ -1,0 +1,72 @@
+"""The figures of chapter 4, and where ours stand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from avsec_gym.experiments.chapter4.detection_rates import PAIRS
+from avsec_gym.experiments.chapter4.settings import EXACT, USUAL
+from avsec_gym.experiments.chapter4.thesis import DETECTION, DISTANCE_BOUND
+from studies.reproduce.rows import MOST, Claim, Kind, Measured, ThesisRow, measured
+from studies.result_fields import field, row
+
+_CONDITIONS = {EXACT.name: "exact poses and clocks", USUAL.name: "erring poses and clocks"}
+_RESULT = field("chapter4", "connected")
+_METHODS = {("surfaces", PAIRS): "surfaces", ("rays", "regions"): "rays"}
+"""Method and what r is a share of -> its name."""
+_SAID = {0.1: (Claim.IS, "very close to 70 %"), 0.3: (Claim.AT_LEAST, "over 90 %")}
+
+
+def chapter4_rows() -> list[ThesisRow]:
+    """All of them, in the thesis' order."""
+    return [*_distances(), *_detection()]
+
+
+def _distances() -> Iterator[ThesisRow]:
+    """Figure 4a."""
+    for state, what, claim in (
+        ("clean", "attack-free distances", Claim.AT_LEAST),
+        ("ghost", "distances of a ghost", Claim.AT_MOST),
+    ):
+        yield ThesisRow(
+            "Figure 4a",
+            f"{what} below {DISTANCE_BOUND:g} m",
+            MOST,
+            tuple(
+                measured(
+                    _RESULT.then("distances", row(condition=condition), "below", state),
+                    Kind.PROCEDURAL,
+                    "chapter4",
+                    where,
+                )
+                for condition, where in _CONDITIONS.items()
+            ),
+            claim,
+            said="the majority" if state == "clean" else "most are larger",
+        )
+
+
+def _detection() -> Iterator[ThesisRow]:
+    """Figure 4b."""
+    for rate, thesis in DETECTION.items():
+        claim, said = _SAID[rate]
+        yield ThesisRow(
+            "Figure 4b",
+            f"ghosts detected, r = {rate:g}",
+            thesis,
+            tuple(_detected(rate)),
+            claim,
+            said=said,
+        )
+
+
+def _detected(rate: float) -> Iterator[Measured]:
+    for (method, of), name in _METHODS.items():
+        for condition, where in _CONDITIONS.items():
+            columns = row(condition=condition, kind="ghost", method=method, of=of, rate=rate)
+            yield measured(
+                _RESULT.then("detection", columns, "detected"),
+                Kind.PROCEDURAL,
+                "chapter4",
+                f"{name} with {where}",
+            )
