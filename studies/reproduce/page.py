@@ -1,4 +1,4 @@
-"""The table of a chapter's rows: the thesis' values beside ours, with verdicts by the rule."""
+"""The table of a chapter's rows: the thesis' values beside ours, with conclusions by the rule."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pathlib import Path
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
+from studies.reproduce.conclusions import LEAST_CLUSTERS, WIDEST, Decided, conclusion, decision
 from studies.reproduce.rows import MOST, NEARLY_ALL, Claim, Kind, Measured, ThesisRow, Unit
-from studies.reproduce.verdicts import LEAST_CLUSTERS, WIDEST, Decided, decision, verdict
 from studies.result_fields import ResultField, bounds_at, is_made, number_at, study_of, value_at
 from studies.source_states import SourceState
 from studies.study import ROOT
 
-_COLUMNS = ("what", "thesis", "ours", "where", "kind", "field", "command", "sources", "verdict")
+_COLUMNS = ("what", "thesis", "ours", "where", "kind", "field", "command", "sources", "conclusion")
 _DIGITS = {Unit.SHARE: 2, Unit.PERCENT: 2, Unit.NUMBER: 2}
 _KINDS = tuple(kind.value for kind in Kind)
 _SLIP = "not judged: it does not follow from the rest of its table"
@@ -31,13 +31,13 @@ class JudgedRow:
         row: The row.
         ours: One estimate for each measurement; None: not made yet.
         decided: What each decides.
-        verdict: The verdict on the row.
+        conclusion: The conclusion on the row.
     """
 
     row: ThesisRow
     ours: Sequence[Estimate | None]
     decided: Sequence[Decided]
-    verdict: str
+    conclusion: str
 
 
 def judged(row: ThesisRow, states: Mapping[str, SourceState], root: Path = ROOT) -> JudgedRow:
@@ -63,16 +63,16 @@ def judged(row: ThesisRow, states: Mapping[str, SourceState], root: Path = ROOT)
         )
         for each, estimate in zip(row.measured, ours, strict=True)
     ]
-    return JudgedRow(row, ours, decided, _SLIP if row.slip else verdict(decided))
+    return JudgedRow(row, ours, decided, _SLIP if row.slip else conclusion(decided))
 
 
 def rule_lines() -> list[str]:
-    """The rule of verdicts, in words and with its constants."""
+    """The rule of conclusions, in words and with its constants."""
     points, apart = 100 * WIDEST[Unit.SHARE], WIDEST[Unit.NUMBER]
     return [
-        "Verdicts follow a rule (`studies/reproduce/verdicts.py`); none is typed by hand. A value"
-        " of the thesis beyond the 95 % interval of ours is contradicted, unless the thesis bounds"
-        " it from one side and the interval lies on that side: then it is confirmed. A value within"
+        "Conclusions follow a rule (`studies/reproduce/conclusions.py`); none is typed by hand."
+        " A value of the thesis beyond the 95 % interval of ours is contradicted, unless the thesis"
+        " bounds it from one side and the interval lies on that side: then it is confirmed. A value within"
         f" the interval is confirmed if the interval is no wider than {points:g} points"
         f" (correlations and other numbers: {apart:g}), and open otherwise. Open, too, is what has"
         f" no interval, or fewer than {LEAST_CLUSTERS} frames, drives or scenes. Of several kinds"
@@ -84,9 +84,9 @@ def rule_lines() -> list[str]:
 
 def summary_lines(rows: Sequence[JudgedRow]) -> list[str]:
     """How many rows are confirmed, confirmed in part, contradicted and open."""
-    counts = Counter(_first_words(each.verdict) for each in rows)
-    told = ", ".join(f"{count} {word}" for word, count in sorted(counts.items()))
-    return [f"{len(rows)} values: {told}."]
+    counts = Counter(_first_words(each.conclusion) for each in rows)
+    listed = ", ".join(f"{count} {word}" for word, count in sorted(counts.items()))
+    return [f"{len(rows)} values: {listed}."]
 
 
 def table_lines(rows: Sequence[JudgedRow], states: Mapping[str, SourceState]) -> list[str]:
@@ -104,11 +104,11 @@ def table_lines(rows: Sequence[JudgedRow], states: Mapping[str, SourceState]) ->
 
 
 def _cells(judged_row: JudgedRow, states: Mapping[str, SourceState]) -> list[list[str]]:
-    """A line for each measurement; the first has the thesis' value and the verdict."""
+    """A line for each measurement; the first has the thesis' value and the conclusion."""
     row = judged_row.row
     head = [row.quantity, _thesis(row)]
     if not row.measured:
-        return [[*head, *[UNKNOWN] * 6, judged_row.verdict]]
+        return [[*head, *[UNKNOWN] * 6, judged_row.conclusion]]
     lines = []
     for number_of, (each, estimate) in enumerate(zip(row.measured, judged_row.ours, strict=True)):
         first = number_of == 0
@@ -122,7 +122,7 @@ def _cells(judged_row: JudgedRow, states: Mapping[str, SourceState]) -> list[lis
                 f"`{each.value}`",
                 f"`{study.command}`",
                 states[study.name].word,
-                judged_row.verdict if first else "",
+                judged_row.conclusion if first else "",
             ]
         )
     return lines
@@ -156,7 +156,8 @@ def _estimate(measured: Measured, root: Path) -> Estimate | None:
         return Estimate(value, bounds_at(measured.interval, root))
     if measured.cases is not None:
         cases = number_at(measured.cases, root)
-        return Estimate(value, cases and wilson_interval(round(value * cases), int(cases)))
+        bounds = wilson_interval(round(value * cases), int(cases)) if cases else None
+        return Estimate(value, bounds)
     return Estimate(value)
 
 
@@ -168,12 +169,12 @@ def _clusters(place: ResultField | None, root: Path) -> int | None:
     return len(found) if isinstance(found, (list, dict)) else int(number_at(place, root) or 0)
 
 
-def _first_words(verdict_of_row: str) -> str:
+def _first_words(conclusion_of_row: str) -> str:
     """``confirmed``, ``confirmed in part``, ``contradicted``, ``open`` or ``not judged``."""
-    if verdict_of_row.startswith("confirmed where"):
+    if conclusion_of_row.startswith("confirmed where"):
         return "confirmed in part"
     return next(
         word
         for word in ("confirmed", "contradicted", "open", "not judged")
-        if verdict_of_row.startswith(word)
+        if conclusion_of_row.startswith(word)
     )

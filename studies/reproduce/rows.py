@@ -105,7 +105,7 @@ class ThesisRow:
         claim: How it is meant.
         unit: Of the value.
         said: The words of the thesis, where it gives no digits.
-        widest: An interval that is wider decides nothing; None: see `verdicts.WIDEST`.
+        widest: An interval that is wider decides nothing; None: see `conclusions.WIDEST`.
         slip: The value does not follow from others of the same table.
     """
 

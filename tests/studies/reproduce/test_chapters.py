@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
+from functools import cache
+from typing import Any
 
 import pytest
 
@@ -19,6 +21,7 @@ from studies.reproduce.chapter4 import chapter4_rows
 from studies.reproduce.chapter5 import chapter5_rows
 from studies.reproduce.rows import Measured, ThesisRow, Unit
 from studies.result_fields import Row, bounds_at, is_made, number_at, study_of, value_at
+from studies.study import RESULTS, ROOT
 
 CHAPTERS: tuple[Callable[[], list[ThesisRow]], ...] = (chapter3_rows, chapter4_rows, chapter5_rows)
 ROWS = [row for chapter in CHAPTERS for row in chapter()]
@@ -115,10 +118,45 @@ def test_figures_of_chapter_4_are_columns_of_its_summary() -> None:
 
 @pytest.mark.parametrize("chapter", [3, 4, 5])
 def test_a_page_has_a_line_for_every_measurement(chapter: int) -> None:
-    page = (Path(__file__).parents[3] / f"docs/reproduce_chapter{chapter}.md").read_text()
+    page = (ROOT / f"docs/reproduce_chapter{chapter}.md").read_text()
     rows = CHAPTERS[chapter - 3]()
     lines = [line for line in page.splitlines() if re.search(r"`\w+\.json: ", line)]
     assert len(lines) == sum(len(row.measured) for row in rows)
     for row in rows:
         assert f"\n| {row.quantity} |" in page
     assert f"{len(rows)} values: " in page
+
+
+@cache
+def content(result: str) -> Any:
+    return json.loads((ROOT / RESULTS / f"{result}.json").read_text())
+
+
+def named_value(words: str) -> float | None:
+    """The value that a page's words name, read with nothing of the package."""
+    result, _, way = words.partition(".json: ")
+    value = content(result)
+    for key, selector in re.findall(r"([\w+-]+)((?:\[.*?\])?)", way):
+        value = value[int(key)] if isinstance(value, list) else value[key]
+        if selector:
+            wanted = dict(re.findall(r"(\w+)=(.*?)(?=, \w+=|\])", selector))
+            [value] = [row for row in value if all(str(row[k]) == v for k, v in wanted.items())]
+    return None if value is None else float(value)
+
+
+@pytest.mark.parametrize("chapter", [3, 4, 5])
+def test_every_figure_of_ours_is_found_in_the_json_that_its_line_names(chapter: int) -> None:
+    page = (ROOT / f"docs/reproduce_chapter{chapter}.md").read_text()
+    line = r"^\|(?:[^|]*\|){2} ([^|]*) \|[^|]*\|[^|]*\| `(\w+\.json: .*?)` \|"
+    lines = re.findall(line, page, re.MULTILINE)
+    assert len(lines) > 4
+    for ours, words in lines:
+        if ours == "–":
+            assert not (ROOT / RESULTS / f"{words.partition('.')[0]}.json").exists() or (
+                named_value(words) is None
+            )
+            continue
+        value = named_value(words)
+        assert value is not None
+        shown = float(ours.partition(" ")[0].replace(",", ""))
+        assert any(abs(shown - scale * value) <= 0.00501 for scale in (1, 100)), (ours, words)

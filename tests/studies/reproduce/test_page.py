@@ -1,4 +1,4 @@
-"""Rows on made-up results: the value of the thesis, ours, and the verdict."""
+"""Rows on made-up results: the value of the thesis, ours, and the conclusion."""
 
 from __future__ import annotations
 
@@ -75,9 +75,11 @@ def test_few_clusters_and_slips_are_not_judged(root: Path) -> None:
     few = measured(
         RATES.then(row(way="left")), Kind.REAL, "a", clusters=field("believed", "drives")
     )
-    assert judged(ThesisRow("T", "q", 0.9, (few,)), STATES, root).verdict == "open (too few cases)"
+    assert (
+        judged(ThesisRow("T", "q", 0.9, (few,)), STATES, root).conclusion == "open (too few cases)"
+    )
     slip = judged(ThesisRow("T", "q", 0.9, (way("left"),), slip=True), STATES, root)
-    assert slip.verdict.startswith("not judged")
+    assert slip.conclusion.startswith("not judged")
     assert summary_lines([slip]) == ["1 values: 1 not judged."]
 
 

@@ -85,8 +85,8 @@ def decision(
     return Decision.CONFIRMED if agrees[claim] else Decision.CONTRADICTED
 
 
-def verdict(decided: Sequence[Decided]) -> str:
-    """The verdict on a row, of what its measurements decide.
+def conclusion(decided: Sequence[Decided]) -> str:
+    """The conclusion on a row, of what its measurements decide.
 
     The weightiest kind of data on which anything is decided decides alone: real before twin before
     procedural.
@@ -96,7 +96,7 @@ def verdict(decided: Sequence[Decided]) -> str:
 
     Example:
         >>> at = [Decided(Decision.CONFIRMED, Kind.TWIN, "patch", "small discs")]
-        >>> verdict([*at, Decided(Decision.CONTRADICTED, Kind.TWIN, "patch", "large ones")])
+        >>> conclusion([*at, Decided(Decision.CONTRADICTED, Kind.TWIN, "patch", "large ones")])
         'confirmed where small discs; contradicted where large ones, by `patch` (twin)'
     """
     for kind in Kind:
@@ -108,7 +108,7 @@ def verdict(decided: Sequence[Decided]) -> str:
 
 
 def _of_kind(deciding: Sequence[Decided]) -> str:
-    """The verdict of measurements on one kind of data, each of which decides."""
+    """The conclusion of measurements on one kind of data, each of which decides."""
     confirmed = [each for each in deciding if each.decision is Decision.CONFIRMED]
     contradicted = [each for each in deciding if each.decision is Decision.CONTRADICTED]
     states = sorted({each.state for each in deciding} - {"current"})

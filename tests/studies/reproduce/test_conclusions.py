@@ -1,12 +1,12 @@
-"""The rule of verdicts, on values that are made up."""
+"""The rule of conclusions, on values that are made up."""
 
 from __future__ import annotations
 
 import pytest
 
 from avsec_gym.metrics.estimate import Estimate
+from studies.reproduce.conclusions import Decided, Decision, conclusion, decision
 from studies.reproduce.rows import Claim, Kind
-from studies.reproduce.verdicts import Decided, Decision, decision, verdict
 
 CONFIRMED, CONTRADICTED = Decision.CONFIRMED, Decision.CONTRADICTED
 
@@ -75,5 +75,5 @@ def made(
         ([], "open (not measured yet)"),
     ],
 )
-def test_the_verdict_on_a_row(decided: list[Decided], expected: str) -> None:
-    assert verdict(decided) == expected
+def test_the_conclusion_on_a_row(decided: list[Decided], expected: str) -> None:
+    assert conclusion(decided) == expected
