@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 
 from avsec_gym.metrics.estimate import Estimate
@@ -18,7 +17,7 @@ from studies.source_states import SourceState
 from studies.study import ROOT
 
 _COLUMNS = ("what", "thesis", "ours", "where", "kind", "field", "command", "sources", "conclusion")
-_DIGITS = {Unit.SHARE: 2, Unit.PERCENT: 2, Unit.NUMBER: 2}
+_DIGITS = 2
 _KINDS = tuple(kind.value for kind in Kind)
 _SLIP = "not judged: it does not follow from the rest of its table"
 
@@ -72,8 +71,8 @@ def rule_lines() -> list[str]:
     return [
         "Conclusions follow a rule (`studies/reproduce/conclusions.py`); none is typed by hand."
         " A value of the thesis beyond the 95 % interval of ours is contradicted, unless the thesis"
-        " bounds it from one side and the interval lies on that side: then it is confirmed. A value within"
-        f" the interval is confirmed if the interval is no wider than {points:g} points"
+        " bounds it from one side and the interval lies on that side: then it is confirmed. A value"
+        f" within the interval is confirmed if the interval is no wider than {points:g} points"
         f" (correlations and other numbers: {apart:g}), and open otherwise. Open, too, is what has"
         f" no interval, or fewer than {LEAST_CLUSTERS} frames, drives or scenes. Of several kinds"
         f" of data the weightiest that decides anything decides alone: {', '.join(_KINDS)}. Words"
@@ -97,8 +96,9 @@ def table_lines(rows: Sequence[JudgedRow], states: Mapping[str, SourceState]) ->
         states: Today's state of studies.
     """
     lines: list[str] = []
-    for place, group in groupby(rows, lambda each: each.row.place):
-        cells = [line for each in group for line in _cells(each, states)]
+    for place in dict.fromkeys(each.row.place for each in rows):
+        here = [each for each in rows if each.row.place == place]
+        cells = [line for each in here for line in _cells(each, states)]
         lines += [f"### {place}", "", *markdown_table(_COLUMNS, cells), ""]
     return lines[:-1]
 
@@ -109,9 +109,9 @@ def _cells(judged_row: JudgedRow, states: Mapping[str, SourceState]) -> list[lis
     head = [row.quantity, _thesis(row)]
     if not row.measured:
         return [[*head, *[UNKNOWN] * 6, judged_row.conclusion]]
-    lines = []
-    for number_of, (each, estimate) in enumerate(zip(row.measured, judged_row.ours, strict=True)):
-        first = number_of == 0
+    lines: list[list[str]] = []
+    for each, estimate in zip(row.measured, judged_row.ours, strict=True):
+        first = not lines
         study = study_of(each.value.result)
         lines.append(
             [
@@ -129,7 +129,7 @@ def _cells(judged_row: JudgedRow, states: Mapping[str, SourceState]) -> list[lis
 
 
 def _thesis(row: ThesisRow) -> str:
-    value = number(row.thesis * row.unit.shown, _DIGITS[row.unit])
+    value = number(row.thesis * row.unit.shown, _DIGITS) + row.unit.sign
     bound = "" if row.claim is Claim.IS else f"{row.claim.value} "
     return f"{bound}{value}" + (f' ("{row.said}")' if row.said else "")
 
@@ -137,11 +137,10 @@ def _thesis(row: ThesisRow) -> str:
 def _ours(estimate: Estimate | None, unit: Unit) -> str:
     if estimate is None or estimate.value is None:
         return UNKNOWN
-    digits = _DIGITS[unit]
-    value = number(estimate.value * unit.shown, digits)
+    value = number(estimate.value * unit.shown, _DIGITS) + unit.sign
     if estimate.interval is None:
         return value
-    low, high = (number(bound * unit.shown, digits) for bound in estimate.interval)
+    low, high = (number(bound * unit.shown, _DIGITS) for bound in estimate.interval)
     return f"{value} [{low}, {high}]"
 
 

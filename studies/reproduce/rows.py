@@ -37,6 +37,11 @@ class Unit(Enum):
         """What a value is multiplied by where it is shown."""
         return 100.0 if self is Unit.SHARE else 1.0
 
+    @property
+    def sign(self) -> str:
+        """What stands behind a value that is shown."""
+        return "" if self is Unit.NUMBER else " %"
+
 
 MOST = 0.5
 NEARLY_ALL = 0.95
