@@ -53,7 +53,7 @@ class Source(Enum):
     SETTING = "setting"
     """What the code is set to, or a command asks for."""
     UNIT = "unit"
-    """Of the text: versions, names and numbers of things, counts within the sentence."""
+    """A number of the text: versions, names and numbers of things, counts within the sentence."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ _SLIPS = {("dsgn", "thesis_pgd-1-3", Intention.STRAIGHT, "safe")}
 _FIGURE_OF_TEXTURE = {"stereo_rcnn": "Figure 5.6", "dsgn": "Figure 5.7"}
 _ALGORITHMS = {Algorithm.ASTAR: "A*", Algorithm.GBFS: "Greedy-BFS"}
 _SPECIFIC = "patch-specific-"
-"""Before the intention that a specific patch is placed for."""
+"""The name of a specific patch, before the intention that it is placed for."""
 
 
 def chapter5_rows() -> list[ThesisRow]:

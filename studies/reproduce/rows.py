@@ -28,7 +28,7 @@ class Unit(Enum):
     """What a value is a number of."""
 
     SHARE = "share"
-    """Of 1, shown in percent."""
+    """A share of 1, shown in percent."""
     PERCENT = "percent"
     NUMBER = "number"
 
