@@ -23,7 +23,6 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision_curves import (
     average_precisions,
     best_average_precisions,
-    draw_resamples,
     precision_at_recalls,
     resampled,
 )
@@ -37,6 +36,7 @@ from avsec_gym.metrics.average_precision_frames import (
     pooled,
 )
 from avsec_gym.metrics.average_precision_matching import Integers, match, overlaps
+from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 
 METRICS = ("2d", "bev", "3d", "aos")
 """Metrics in the image, from above, in space; similarity of the observation angle, matched in the

@@ -13,16 +13,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, MinIou
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, Sampled
 from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.roc_curve import concordance
 from avsec_gym.scenario.intention import Intention
 from studies.chapter5.case_measures import CaseMeasures
-from studies.chapter5.concordance import concordance
 from studies.chapter5.scene_precision import scene_precision
 from studies.chapter5.telling_measures import MEASURES, PRECISIONS, compared_attacks, groups_of
 
@@ -76,7 +75,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
     """
     attacks = compared_attacks(outcomes)
     episodes = {attack: _episodes(outcomes, attack) for attack in attacks}
-    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
+    scenes = ClusterBootstrap(len(outcomes.scenarios), RESAMPLES)
     rows: list[FlipRow] = []
     usual: dict[tuple[str, str], Sampled] = {}
     for measure in MEASURES:
@@ -96,9 +95,10 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             losses = np.array([lost[attack] for attack in group])
             scores = losses[number, scenario, intention] if len(own) else np.zeros(0)
             hits = unsafe.astype(bool)
-            area = Sampled(
-                float(concordance(scores, hits, number)),
-                concordance(scores, hits, number, samples[:, scenario]),
+            area = scenes.statistic(
+                lambda weights, scores=scores, hits=hits, number=number, scenario=scenario: (
+                    concordance(scores, hits, number, weights[:, scenario])
+                )
             )
             more = area - usual.setdefault(key, area)
             known = np.isfinite(area.value)

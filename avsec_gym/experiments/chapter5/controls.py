@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avsec_gym.experiments.chapter5.losses import Sampled, precision, safety
+from avsec_gym.experiments.chapter5.losses import precision, safety
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import (
     NOISES,
@@ -21,6 +21,7 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.cluster_bootstrap import Sampled
 from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.scenario.intention import Intention

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision import METRICS, average_precision
 from avsec_gym.metrics.average_precision_frames import LEVELS
+from avsec_gym.metrics.cluster_bootstrap import Sampled
 from avsec_gym.validation.recordings import drive_of
 
 Precisions = dict[str, Sampled]
