@@ -19,6 +19,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import ArrayLike
 
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.intervals import wilson_interval
 
 _Z95 = NormalDist().inv_cdf(0.975)
@@ -49,6 +50,11 @@ class Share:
             True
         """
         return cls(count, of, count / of, wilson_interval(count, of)) if of else _NO_CASE
+
+    @property
+    def estimate(self) -> Estimate:
+        """The rate with its interval."""
+        return Estimate(self.rate, self.interval)
 
     @property
     def percent(self) -> float:
@@ -88,6 +94,16 @@ def clustered_interval(count: int, of: int, effect: float) -> tuple[float, float
         effect: The design effect of the clusters, 1 or more; 1 gives Wilson's interval.
     """
     return wilson_interval(count, of, _Z95 * math.sqrt(effect))
+
+
+def effective_interval(rate: float, independent: float) -> tuple[float, float]:
+    """The 95 % interval of a share of weighted cases, which count as so many independent ones.
+
+    Args:
+        rate: The share, from 0 to 1.
+        independent: The number of independent cases, such as Kish's of weighted clusters.
+    """
+    return wilson_interval(rate * independent, independent)
 
 
 def design_effect(hits: ArrayLike, clusters: Sequence[str]) -> float:

@@ -40,8 +40,8 @@ def classifiers(found: ClassifierAccuracy) -> list[str]:
         "## Who moves, and on what road",
         "",
         f"On {motion.world.scenes} (moving) and {road.world.scenes} (road type) held-out scenes"
-        " of the procedural world, and apart from them on the real frames at hand. Wilson's 95 %"
-        " intervals take objects for independent, though those of one scene are not. Who always"
+        " of the procedural world, and apart from them on the real frames at hand. 95 % intervals,"
+        " Wilson's, widened by what the objects of one scene have in common. Who always"
         f" said “stands” would be right in {share(stand / max(same.cases, 1))} % of the objects"
         " with an earlier frame. The thesis' figures are of its own real crops.",
         "",

@@ -109,5 +109,4 @@ def _share(flags: NDArray[np.bool_], scenarios: NDArray[np.str_]) -> Estimate:
         return NOTHING
     if 0 < flags.mean() < 1:
         return mean_over_clusters(flags, scenarios.tolist(), resamples=RESAMPLES).estimate
-    share = share_of(flags, scenarios.tolist())
-    return Estimate(share.rate, share.interval)
+    return share_of(flags, scenarios.tolist()).estimate
