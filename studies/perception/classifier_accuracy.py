@@ -89,6 +89,9 @@ class Accuracy:
     """95 %; cases of one scene belong together."""
     confusion: Mapping[str, int]
     """Such as ``no_said_yes``: the truth, and the classifier's answer."""
+    clusters: int | None = field(default=None, metadata=OPTIONAL)
+    """Number of scenes that the cases are of; None in earlier results, whose intervals take all
+    cases for independent."""
 
 
 @dataclass(frozen=True)
@@ -261,6 +264,7 @@ def counted(truth: Sequence[bool], said: Sequence[bool], scenes: Sequence[str]) 
             for a in (False, True)
             for b in (False, True)
         },
+        clusters=len(set(scenes)),
     )
 
 
@@ -272,9 +276,8 @@ def _motion_summary(objects: Sequence[JudgedObject]) -> MotionAccuracy:
     def of(chosen: Iterable[JudgedObject], single: bool = False) -> Accuracy:
         chosen = list(chosen)
         said = [(seen.single if single else seen.probability) >= 0.5 for seen in chosen]
-        return counted(
-            [seen.moving for seen in chosen], said, [seen.scene or seen.frame for seen in chosen]
-        )
+        scenes = [seen.scene or seen.frame for seen in chosen]
+        return counted([seen.moving for seen in chosen], said, scenes)
 
     neighboured = [seen for seen in objects if seen.has_neighbour]
     return MotionAccuracy(

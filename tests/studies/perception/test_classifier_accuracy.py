@@ -8,9 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.intervals import wilson_interval
+from studies.perception.classifier_accuracy import ClassifierAccuracy, counted, main
+from studies.perception.page_classifiers import classifiers
 
-from studies.perception.classifier_accuracy import counted, main
+STORED = Path(__file__).parents[3] / "studies/results"
 
 
 def test_counts_and_interval() -> None:
@@ -34,6 +37,18 @@ def test_objects_of_one_scene_count_less() -> None:
     right = np.repeat(np.arange(10) < 8, 8)
     found = counted([True] * 80, right.tolist(), np.repeat(np.arange(10), 8).astype(str).tolist())
     assert found.interval == pytest.approx(wilson_interval(8, 10))
+
+
+def test_the_page_states_what_the_intervals_know() -> None:
+    """Those of earlier results do not know scenes, and have no number of them."""
+    stored = json.loads((STORED / "classifiers.json").read_text())
+    stored["motion"]["world"]["with_neighbour"].pop("clusters", None)
+    earlier = "\n".join(classifiers(row_of(ClassifierAccuracy, stored)))
+    stored["motion"]["world"]["with_neighbour"]["clusters"] = 108
+    later = "\n".join(classifiers(row_of(ClassifierAccuracy, stored)))
+    assert "take objects for independent" in earlier
+    assert "take objects for independent" not in later
+    assert "widened by what the objects of one scene share" in later
 
 
 def test_nothing_to_judge_is_an_error() -> None:
