@@ -147,4 +147,5 @@ def mean_over_scenes(values: Floats, scenes: Sequence[str]) -> Mean:
         scenes: The scene, or whatever else is a cluster, that each drive is of; N names.
     """
     mean = mean_over_clusters(values, scenes, resamples=_RESAMPLES)
-    return Mean(mean.value, mean.interval and (mean.interval[0], mean.interval[1]))
+    interval = mean.interval
+    return Mean(mean.value, None if interval is None else (interval[0], interval[1]))

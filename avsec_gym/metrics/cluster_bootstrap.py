@@ -71,7 +71,7 @@ class Sampled:
     @property
     def estimate(self) -> Estimate:
         """The figure with its interval; no value where there is nothing to measure."""
-        return Estimate(self.value if np.isfinite(self.value) else None, self.interval)
+        return Estimate(float(self.value) if np.isfinite(self.value) else None, self.interval)
 
     @property
     def interval(self) -> list[float] | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,11 +96,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             losses = np.array([lost[attack] for attack in group])
             scores = losses[number, scenario, intention] if len(own) else np.zeros(0)
             hits = unsafe.astype(bool)
-            area = scenes.statistic(
-                lambda weights, scores=scores, hits=hits, number=number, scenario=scenario: (
-                    concordance(scores, hits, number, weights[:, scenario])
-                )
-            )
+            area = scenes.statistic(partial(_area, scores, hits, number, scenario))
             more = area - usual.setdefault(key, area)
             known = np.isfinite(area.value)
             rows.append(
@@ -115,6 +112,17 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
                 )
             )
     return rows
+
+
+def _area(
+    scores: Floats,
+    hits: NDArray[np.bool_],
+    attack: NDArray[np.int64],
+    scenario: NDArray[np.int64],
+    weights: NDArray[np.int64],
+) -> Floats:
+    """Within attacks, of sets in which scenarios count so often, shape (K, scenarios)."""
+    return concordance(scores, hits, attack, weights[:, scenario])
 
 
 def _episodes(outcomes: Outcomes, attack: Condition) -> _Episodes:

@@ -159,7 +159,8 @@ def ranking(rows: Sequence[DriveRow], settings: Sequence[str], cluster: Cluster)
     )
     if rho is None:
         return Ranking(None, None)
-    return Ranking(rho.value, rho.interval and (rho.interval[0], rho.interval[1]))
+    interval = rho.interval
+    return Ranking(rho.value, None if interval is None else (interval[0], interval[1]))
 
 
 def _first_plan(rows: Sequence[DriveRow], setting: str, cluster: Cluster) -> Share:

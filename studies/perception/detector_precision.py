@@ -115,9 +115,8 @@ def run(options: argparse.Namespace) -> DetectorPrecision:
         draw_precision(truth, found, options.figures)
         points = {name: figures.scores.working_point for name, figures in result.items()}
         examples = draw_examples(data, ids, truth, found, points, options.figures)
-    return DetectorPrecision(
-        judged.described, options.resamples, result, examples, other and other.described
-    )
+    other_part = None if other is None else other.described
+    return DetectorPrecision(judged.described, options.resamples, result, examples, other_part)
 
 
 @dataclass(frozen=True, eq=False)
