@@ -37,7 +37,7 @@ from avsec_gym.metrics.estimate import Estimate
 Integers = NDArray[np.int64]
 
 LOW_AND_HIGH = (0.025, 0.975)
-"""Of samples, where a 95 % percentile interval ends."""
+"""Levels of samples at which a 95 % percentile interval ends."""
 _FEWEST_RANKED = 3
 """Fewer things have no order worth a correlation."""
 

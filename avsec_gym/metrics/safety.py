@@ -80,7 +80,7 @@ class SafetyRecord:
 
 
 RecordCluster = Callable[[SafetyRecord], str]
-"""From a record to the cluster of alike records that it belongs to."""
+"""A rule that names the cluster of alike records that a record belongs to."""
 
 
 def scenario_of(record: SafetyRecord) -> str:

@@ -60,7 +60,7 @@ class ScoredDetector:
     scores: DetectorScores = field(metadata=FLAT)
     seconds: FrameTime
     parts: Mapping[str, PartsPrecision] | None = field(default=None, metadata=OPTIONAL)
-    """On both parts of the assets, by `IOUS`; None where no other part was given."""
+    """Precision on both parts of the assets, by `IOUS`; None where no other part was given."""
 
 
 @dataclass(frozen=True)

@@ -58,12 +58,12 @@ def test_any_statistic_is_that_of_the_cases_drawn() -> None:
     random = np.random.default_rng(3)
     values, cluster = random.normal(size=30), np.arange(30) % 10
 
-    def second_moment(weights: np.ndarray) -> np.ndarray:
+    def mean_square(weights: np.ndarray) -> np.ndarray:
         own = weights[:, cluster]
         return (own @ values**2) / own.sum(axis=1)
 
     drawn = ClusterBootstrap(10, 50, seed=4)
-    found = drawn.statistic(second_moment)
+    found = drawn.statistic(mean_square)
     assert found.value == pytest.approx((values**2).mean())
     for times, sample in zip(draw_resamples(10, 50, 4), found.samples, strict=True):
         cases = np.concatenate([np.flatnonzero(cluster == c) for c in np.repeat(range(10), times)])
