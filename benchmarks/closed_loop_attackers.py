@@ -13,7 +13,7 @@ believes in no object at all, so that hiding everything for the whole time would
 - `waits`: hides the nearest object in the car's own or intended lane once it is near, and keeps it
   hidden; the best of some distances.
 
-Intervals are Wilson's, 95 %.
+Intervals are Wilson's, 95 %, widened by what episodes of one scene have in common.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ import numpy as np
 
 import avsec_gym
 from avsec_gym.envs.closed_loop_observation import EACH, OWN, RANGE
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import Share, share_of
 
 ID = "avsec/ClosedLoopAttack-v0"
 TRAINING = {"source": "layouts", "seed": 0, "count": 100}
@@ -95,17 +95,18 @@ def waits(distance: float, observation: np.ndarray) -> np.ndarray:
     return hidden_at(float(x[nearest]), float(y[nearest]))
 
 
-def successes(env: Any, rule: Rule, episodes: int) -> int:
+def successes(env: Any, rule: Rule, episodes: int) -> Share:
     """Episodes that a rule wins; episode k is that of seed k."""
-    won = 0
+    won, scenes = [], []
     for seed in range(episodes):
         seen, info = env.reset(seed=seed)
         ended = False
         while not ended:
             seen, _, terminated, truncated, info = env.step(rule(seen))
             ended = terminated or truncated
-        won += info["is_success"]
-    return won
+        won.append(info["is_success"])
+        scenes.append(info["scenario"])
+    return share_of(won, scenes)
 
 
 def always(action: np.ndarray) -> Rule:
@@ -124,9 +125,9 @@ def main() -> None:
         gym.make(ID, scenarios=each, contested=True) for each in (TRAINING, HELD_OUT)
     )
     fixed = constants()
-    won = {name: successes(training, always(fixed[name]), given.episodes) for name in fixed}
+    won = {name: successes(training, always(fixed[name]), given.episodes).count for name in fixed}
     best = max(won, key=lambda name: won[name])
-    waited = {d: successes(training, partial(waits, d), given.episodes) for d in DISTANCES}
+    waited = {d: successes(training, partial(waits, d), given.episodes).count for d in DISTANCES}
     distance = max(waited, key=lambda d: waited[d])
     held_out.action_space.seed(0)
     rules: dict[str, Rule] = {
@@ -141,12 +142,12 @@ def main() -> None:
         "training": {"episodes": given.episodes, "constants": won, "waits": waited},
         "held_out": {
             name: {
-                "won": count,
-                "episodes": given.held_out,
-                "rate": count / given.held_out,
-                "interval": list(wilson_interval(count, given.held_out)),
+                "won": share.count,
+                "episodes": share.of,
+                "rate": share.rate,
+                "interval": share.interval,
             }
-            for name, count in judged.items()
+            for name, share in judged.items()
         },
     }
     print(json.dumps(report, indent=2))

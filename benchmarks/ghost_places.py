@@ -17,7 +17,8 @@ over all training episodes.  Of v1:
   everything that there is to know without the objects, much more than a constant.
 - `random`, `oracle` (all places tried).
 
-Intervals are Wilson's, 95 %; those of `ppo` are of all its seeds' episodes together.
+Intervals are Wilson's, 95 %, widened by what episodes of one scene have in common; those of `ppo`
+are of all its seeds' episodes together.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ import torch
 
 import avsec_gym
 from avsec_gym.agents.place_rules import (
+    ID,
     NEAREST,
     Scores,
     constants,
@@ -46,7 +48,7 @@ from avsec_gym.agents.place_rules import (
     spot_table,
     success,
 )
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import share_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from train_ghost_attacker import HELD_OUT, TRAINING, agent_for, train
@@ -56,10 +58,16 @@ WALLS = np.array([[-0.1, 0.2], [-0.3, 0.1], [-0.5, -0.1]])
 """Where two ghosts of v0 stand, y in action units, for left, straight and right."""
 
 
-def rate(won: np.ndarray, **more: Any) -> dict[str, Any]:
-    low, high = wilson_interval(int(won.sum()), won.size)
-    interval = [round(low, 3), round(high, 3)]
-    return {"success_rate": round(float(won.mean()), 3), "interval": interval, **more}
+def rate(won: np.ndarray, scenario: np.ndarray, **more: Any) -> dict[str, Any]:
+    """Of episodes, shape (B,) or (B, C) of C agents, and the scene of each."""
+    share = share_of(won, scenario.tolist())
+    interval = [round(bound, 3) for bound in share.interval or ()]
+    return {"success_rate": round(share.rate or 0.0, 3), "interval": interval, **more}
+
+
+def scenes_of(scenarios: Any, count: int, seed: int) -> np.ndarray:
+    """The scene of each episode, shape (count,), in the order of `played`."""
+    return gym.make_vec(ID, num_envs=count, scenarios=scenarios).reset(seed=seed)[1]["scenario"]
 
 
 def version_1(options: argparse.Namespace, sets: dict[str, Any]) -> dict[str, Any]:
@@ -77,13 +85,16 @@ def version_1(options: argparse.Namespace, sets: dict[str, Any]) -> dict[str, An
     result: dict[str, Any] = {}
     for name, held_out in judged.items():
         won = np.array([success(agent, held_out) for agent in agents])
+        scenes = scenes_of(sets[name], options.episodes, 20)
         by_seed = [round(float(own.mean()), 3) for own in won]
         result[name] = {
-            "random": rate(success(lambda e: generator.random(e.won.shape), held_out)),
-            "oracle": rate(held_out.won.any(axis=1)),
-            "rules": {rule: rate(success(scores, held_out)) for rule, scores in rules.items()},
-            "spot_table": rate(success(table, held_out)),
-            **({"ppo": rate(won, by_seed=by_seed)} if len(won) else {}),
+            "random": rate(success(lambda e: generator.random(e.won.shape), held_out), scenes),
+            "oracle": rate(held_out.won.any(axis=1), scenes),
+            "rules": {
+                rule: rate(success(scores, held_out), scenes) for rule, scores in rules.items()
+            },
+            "spot_table": rate(success(table, held_out), scenes),
+            **({"ppo": rate(won.T, scenes, by_seed=by_seed)} if len(won) else {}),
         }
     return result
 
@@ -104,6 +115,8 @@ def version_0(scenarios: Any, count: int) -> dict[str, Any]:
     """Two ghosts at fixed places 10 m ahead, one pair for each intention and one for all."""
     envs = gym.make_vec("avsec/GhostObject-v0", num_envs=count, scenarios=scenarios)
 
+    _, drawn = envs.reset(seed=30)
+
     def won(y: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         observations, _ = envs.reset(seed=30)
         pairs = np.full((count, 2, 4), [1.0, -1.0, 0.0, 0.0], np.float32)
@@ -113,7 +126,7 @@ def version_0(scenarios: Any, count: int) -> dict[str, Any]:
     single = {str(pair.tolist()): won(lambda _, p=pair: p).mean() for pair in WALLS}  # type: ignore[misc]
     return {
         "episodes": count,
-        "pair_by_intention": rate(won(lambda intention: WALLS[intention])),
+        "pair_by_intention": rate(won(lambda intention: WALLS[intention]), drawn["scenario"]),
         "one_pair_for_all": {name: round(float(share), 3) for name, share in single.items()},
     }
 

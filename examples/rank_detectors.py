@@ -14,6 +14,7 @@ import time
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 
@@ -21,7 +22,7 @@ import avsec_gym
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.detector_policy import DetectorPolicy
 from avsec_gym.frame import SensorFrame
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import share_of
 
 gym.register_envs(avsec_gym)
 
@@ -49,13 +50,13 @@ def ranked(detector: Any, scenarios: str, episodes: int) -> dict[str, Any]:
         return_episode_rewards=True,
         callback=lambda local, _: outcomes.append(dict(local["info"])),
     )
-    safe = int(sum(rewards))
-    interval = wilson_interval(safe, episodes)
+    # Plans in one scene, with other intentions, are alike: they widen the interval.
+    safe = share_of(np.array(rewards) > 0, [info["scenario"] for info in outcomes])
     objects = sum(info["objects"] for info in outcomes)
     return {
         "detector": policy.detector.name,
-        "safe_driving_rate": round(safe / episodes, 4),
-        "interval": [round(bound, 4) for bound in interval],
+        "safe_driving_rate": round(safe.count / episodes, 4),
+        "interval": [round(bound, 4) for bound in safe.interval or ()],
         "collisions": sum(info["collision"] for info in outcomes),
         "unplanned": sum(not info["planned"] for info in outcomes),
         "found": round(sum(info["found"] for info in outcomes) / max(objects, 1), 4),

@@ -25,7 +25,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 import avsec_gym
 from avsec_gym.agents.place_policy import PlacePolicy, places_in
 from avsec_gym.envs.sb3 import StableBaselinesVecEnv
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import Share, share_of
 
 ID = "avsec/GhostObject-v1"
 TRAINING = {"name": "layouts", "seed": 0, "count": 400}
@@ -67,21 +67,20 @@ def rule_of(agent: PPO) -> Rule:
     return lambda seen: agent.predict(seen, deterministic=True)[0].argmax(axis=1)
 
 
-def wins(rule: Rule, episodes: int, seed: int) -> np.ndarray:
-    """Whether a rule makes each of some held-out plans unsafe, shape (episodes,)."""
+def wins(rule: Rule, episodes: int, seed: int) -> Share:
+    """How many of some held-out plans a rule makes unsafe; those of one scene are a cluster."""
     envs = gym.make_vec(ID, num_envs=episodes, scenarios=HELD_OUT)
-    observations, _ = envs.reset(seed=seed)
+    observations, drawn = envs.reset(seed=seed)
     actions = np.full(envs.action_space.shape, -1.0, np.float32)
     actions[np.arange(episodes), rule(observations)] = 1.0
     info = envs.step(actions)[-1]
     envs.close()
-    return np.asarray(info["is_success"], bool)
+    return share_of(info["is_success"], drawn["scenario"].tolist())
 
 
-def rate(won: np.ndarray) -> dict[str, Any]:
-    """Success with Wilson's 95 % interval."""
-    low, high = wilson_interval(int(won.sum()), won.size)
-    return {"episodes": won.size, "success_rate": float(won.mean()), "interval": [low, high]}
+def rate(won: Share) -> dict[str, Any]:
+    """Success with its 95 % interval."""
+    return {"episodes": won.of, "success_rate": won.rate, "interval": won.interval}
 
 
 def main() -> None:

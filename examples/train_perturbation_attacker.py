@@ -26,7 +26,7 @@ from stable_baselines3 import SAC
 
 import avsec_gym
 from avsec_gym.console import ProgressDisplay, progress
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import share_of
 
 TRIALS = 4
 """Training episodes that a search tries an action in."""
@@ -120,7 +120,7 @@ def evaluate(
     env: gym.Env, policy: Policy, episodes: int, seed: int, shown: ProgressDisplay
 ) -> dict[str, Any]:
     """Success, queries and reward on held-out scenes."""
-    successes, queries, rewards = [], [], []
+    successes, scenes, queries, rewards = [], [], [], []
     for episode in range(episodes):
         observation, info = env.reset(seed=seed + episode)
         total, over = 0.0, False
@@ -130,9 +130,11 @@ def evaluate(
             total, over = total + float(reward), terminated or truncated
         shown(episode + 1, episodes)
         successes.append(info["is_success"])
+        scenes.append(info["scenario"])
         queries.append(info["queries"])
         rewards.append(total)
-    low, high = wilson_interval(sum(successes), episodes)
+    # Episodes of one scene are alike.
+    low, high = share_of(successes, scenes).interval or (0.0, 1.0)
     return {
         "episodes": episodes,
         "success_rate": round(float(np.mean(successes)), 4),

@@ -43,13 +43,17 @@ from typing import Any
 import numpy as np
 from aimed_laser import RADII, REACH, STRENGTHS
 from laser_attempts import ATTACKERS, LEARNERS, TRAINED, AttemptOutcome, Situation, attempts, laser
-from scipy.stats import t
 from train_perturbation_attacker import arguments, given
 
 from avsec_gym.console import percent, print_table, progress
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
 from avsec_gym.evaluation.contested import contested_frames
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import (
+    Share,
+    difference_of_shares,
+    share_of,
+    share_of_trainings,
+)
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
@@ -163,10 +167,10 @@ def summary(outcomes: list[list[AttemptOutcome]], trained: bool) -> dict[str, An
     rates = {}
     for name, is_counted in RATES.items():
         flags = flags_of(outcomes, is_counted)
-        low, high = interval(flags, trained)
+        share = share_of_trainings(flags) if trained else share_of_draws(flags)
         rates[name] = {
             "rate": round(float(flags.mean()), 4),
-            "interval": [round(low, 4), round(high, 4)],
+            "interval": [round(bound, 4) for bound in share.interval or (0.0, 1.0)],
             "by_seed": flags.mean(axis=1).round(4).tolist(),
         }
     fired = [outcome for seed in outcomes for outcome in seed]
@@ -177,22 +181,9 @@ def summary(outcomes: list[list[AttemptOutcome]], trained: bool) -> dict[str, An
     }
 
 
-def interval(flags: np.ndarray, trained: bool) -> tuple[float, float]:
-    """The 95 % interval of a rate, of situations that seeds share, and of trainings that differ.
-
-    Args:
-        flags: Shape (seeds, situations).
-        trained: Whether each seed is a training of its own.
-    """
-    seeds, situations = flags.shape
-    rate = float(flags.mean())
-    of_situations = share_of(flags.T, list(map(str, range(situations))))
-    low, high = of_situations.interval or (0.0, 1.0)
-    if trained and seeds > 1:
-        spread = t.ppf(0.975, seeds - 1) * flags.mean(axis=1).std(ddof=1) / np.sqrt(seeds)
-        low = max(0.0, rate - np.hypot(rate - low, spread))
-        high = min(1.0, rate + np.hypot(high - rate, spread))
-    return float(low), float(high)
+def share_of_draws(flags: np.ndarray) -> Share:
+    """Of a rule, whose seeds share their situations, shape (seeds, situations)."""
+    return share_of(flags.T, list(map(str, range(flags.shape[1]))))
 
 
 def differences(
@@ -201,13 +192,13 @@ def differences(
     """First less second, of learners."""
     result = {}
     for name, is_counted in RATES.items():
-        one, other = flags_of(first, is_counted), flags_of(second, is_counted)
-        (low, high), (least, most) = interval(one, True), interval(other, True)
-        p, q = float(one.mean()), float(other.mean())
-        below, above = np.hypot(p - low, most - q), np.hypot(high - p, q - least)
+        one, other = (
+            share_of_trainings(flags_of(outcomes, is_counted)) for outcomes in (first, second)
+        )
+        found = difference_of_shares(one, other)
         result[name] = {
-            "difference": round(p - q, 4),
-            "interval": [round(p - q - below, 4), round(p - q + above, 4)],
+            "difference": round(found.value or 0.0, 4),
+            "interval": [round(bound, 4) for bound in found.interval or (-1.0, 1.0)],
         }
     return result
 

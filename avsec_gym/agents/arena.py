@@ -31,12 +31,14 @@ class Played:
         reward: Sum of the rewards, shape (N,).
         steps: Environment steps, shape (N,).
         intention: The driving intentions, shape (N,).
+        scenario: The scenes' ids, shape (N,); several episodes of one are alike.
     """
 
     success: NDArray[np.bool_]
     reward: Floats
     steps: NDArray[np.int64]
     intention: NDArray[np.str_]
+    scenario: NDArray[np.str_]
 
     @classmethod
     def together(cls, parts: Sequence[Played]) -> Played:
@@ -46,6 +48,7 @@ class Played:
             np.concatenate([each.reward for each in parts]),
             np.concatenate([each.steps for each in parts]),
             np.concatenate([each.intention for each in parts]),
+            np.concatenate([each.scenario for each in parts]),
         )
 
 
@@ -104,7 +107,7 @@ class Arena:
 
     def _one(self, act: Act, seeds: list[int], most: int) -> Played:
         observation, info = self.environment.reset(seed=seeds[0])
-        intention = str(info["intention"])
+        intention, scenario = str(info["intention"]), str(info["scenario"])
         total, steps, ended = 0.0, 0, False
         while not ended and steps < most:
             action = act(_as_batch(observation), [intention])[0]
@@ -112,7 +115,7 @@ class Arena:
             total, steps = total + float(reward), steps + 1
             ended = terminated or truncated
         won = bool(info["is_success"])
-        return Played(*map(np.array, ([won], [total], [steps], [intention])))
+        return Played(*map(np.array, ([won], [total], [steps], [intention], [scenario])))
 
     def _batch(self, act: Act, seeds: list[int], most: int) -> Played:
         count = len(seeds)
@@ -120,7 +123,10 @@ class Arena:
             self._batches[count] = batch_of(self.env, count, self.arguments)
         envs = self._batches[count]
         observations, info = envs.reset(seed=seeds)
-        intention = np.array([str(way) for way in info["intention"]])
+        # What is drawn: the infos of later steps may be those of episodes that begin anew.
+        intention, scenario = (
+            np.array([str(each) for each in info[name]]) for name in ("intention", "scenario")
+        )
         success, going = np.zeros(count, bool), np.ones(count, bool)
         reward, steps = np.zeros(count), np.zeros(count, np.int64)
         while going.any():
@@ -131,7 +137,7 @@ class Arena:
             steps += going
             success |= going & np.asarray(info["is_success"], bool)
             going &= ~(terminated | truncated) & (steps < most)
-        return Played(success, reward, steps, intention)
+        return Played(success, reward, steps, intention, scenario)
 
 
 def _as_batch(observation: Any) -> Any:

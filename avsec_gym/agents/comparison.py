@@ -20,8 +20,8 @@ from avsec_gym.agents.search import (
     random_parameters,
 )
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.interquartile_mean import interquartile_interval, interquartile_mean
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.metrics.paired_scores import PairedDifference, paired_difference
 
 BLOCK = 20
@@ -53,6 +53,11 @@ class ComparedAgent:
         return float(self.played.success.mean())
 
     @property
+    def share(self) -> Share:
+        """The successes; episodes of one scene are a cluster of the interval."""
+        return share_of(self.played.success, self.played.scenario.tolist())
+
+    @property
     def scores(self) -> Any:
         """The success rate of each block of episodes; of fewer than a block, of each episode."""
         won = self.played.success.astype(float)
@@ -61,14 +66,13 @@ class ComparedAgent:
 
     def to_json(self) -> dict[str, Any]:
         """Rates, means and their 95 % intervals."""
-        won, count = int(self.played.success.sum()), len(self.played.success)
         return {
             "name": self.name,
             "kind": self.kind,
             "queries": self.queries,
-            "episodes": count,
+            "episodes": len(self.played.success),
             "success_rate": self.rate,
-            "success_interval": list(wilson_interval(won, count)),
+            "success_interval": list(self.share.interval or ()) or None,
             "interquartile_mean": float(interquartile_mean(self.scores)),
             "interquartile_interval": list(interquartile_interval([self.scores])),
             "reward": float(self.played.reward.mean()),
@@ -94,13 +98,17 @@ class AgentComparison:
 
     def against_best(self, row: ComparedAgent) -> PairedDifference:
         """A row less the best baseline, paired."""
-        return paired_difference(row.played.success, self.best_baseline.played.success)
+        best = self.best_baseline.played
+        return paired_difference(row.played.success, best.success, best.scenario.tolist())
 
     def answer(self, row: ComparedAgent) -> str:
         """Who wins: a sentence about an agent."""
         found, other = self.against_best(row), self.best_baseline
+        points = f"{100 * found.difference:+.1f} points"
+        if found.interval is None:
+            return f"one scene does not tell {row.name} and {other.name} apart: {points}"
         low, high = found.interval
-        points = f"{100 * found.difference:+.1f} points ({100 * low:+.1f} to {100 * high:+.1f})"
+        points += f" ({100 * low:+.1f} to {100 * high:+.1f})"
         if low > 0:
             return f"{row.name} wins against the best baseline, {other.name}: {points}"
         if high < 0:
@@ -118,7 +126,7 @@ class AgentComparison:
                 {
                     "agent": row.name,
                     "difference": (found := self.against_best(row)).difference,
-                    "interval": list(found.interval),
+                    "interval": found.interval and list(found.interval),
                     "mcnemar_p": found.p,
                     "answer": self.answer(row),
                 }

@@ -50,7 +50,7 @@ def query_rows(
         yield EntryRow(
             scenes=frozen.name,
             setting=setting.name,
-            rates=SafetyRates.of(records, clustered=True),
+            rates=SafetyRates.of(records),
             precision=_precision(run, setting, truth),
             against=setting.against,
             paired=paired_differences(before, records) if before else None,

@@ -38,7 +38,8 @@ class ScoreDetections:
     """How much boxes must overlap: cars 0.7, others 0.5; low: in bird's eye and 3D cars 0.5, others
     0.25."""
     resamples: int = 0
-    """Frames are drawn anew so many times for 95 % bootstrap intervals, such as 1000; 0: none."""
+    """Frames are drawn anew so many times for 95 % bootstrap intervals, such as 1000; 0: none.
+    Those of one drive are drawn together where the devkit's mapping is in the folder."""
     seed: int = 0
     """Seed of these draws."""
     figure: Path | None = None
@@ -54,6 +55,7 @@ class ScoreDetections:
 
     def run(self) -> int:
         """Do it; the exit code."""
+        from avsec_gym.kitti import KittiObject
         from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
         from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
 
@@ -72,14 +74,18 @@ class ScoreDetections:
         # Labels and detections, and their precision.
         frames = _Frames.read(self.kitti, self.split, self.limit, self.detections)
         frames.tell()
+        drives = KittiObject(self.kitti).drives_of(list(frames.truth)) if self.resamples else None
         result = average_precision(
             list(frames.truth.values()),
             [frames.detections[id] for id in frames.truth],
             min_iou=STANDARD_IOU if self.iou == "standard" else LOW_IOU,
             resamples=self.resamples,
             seed=self.seed,
+            together=drives,
         )
         # Files, remarks and table.
+        if drives is not None:
+            console.say(f"avsec: intervals draw whole drives: the frames are of {len(set(drives))}")
         if self.out is not None:
             from avsec_gym.storage.text_files import write_text
 

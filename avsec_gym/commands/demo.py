@@ -141,7 +141,7 @@ def _print(rows: list[DemoRow]) -> None:
 
     episodes = rows[0].rates.scenarios
     console.print_table(
-        f"{episodes} episodes left, straight and right, % with 95 % Wilson intervals;"
+        f"{episodes} episodes left, straight and right, % with 95 % intervals by scene;"
         f" AP: cars, 3D, moderate, 11 points{_ceiling(rows)}",
         ["detector", "attack", "AP 0.7", "AP 0.5", "success", "collision", "safe driving"],
         [

@@ -135,7 +135,8 @@ class JudgedFrames:
             console.say(f"avsec: left out: {id}: {reason}")
         if len(left_out) > _REMARKS:
             console.say(f"avsec: left out: {len(left_out) - _REMARKS} more frames")
-        found, out = summary(self._rows), self.folder.out
+        drives = {frame.id: frame.drive for frame in self.frames if frame.drive is not None}
+        found, out = summary(self._rows, drives), self.folder.out
         found |= {"left_out": len(left_out), "fitted_on": self.origin}
         document = with_schema("validate.summary", found)
         write_text(out / "summary.json", json.dumps(document, indent=1) + "\n", overwrite=True)

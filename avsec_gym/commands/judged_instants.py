@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -166,6 +167,8 @@ _RATES = {
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Rates with intervals, bytes and seconds of judged instants.
 
+    Instants of one drive, or of one scenario of OPV2V, are one cluster of the intervals.
+
     Args:
         rows: Rows of `JudgedInstants`.
 
@@ -174,22 +177,18 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """
     if not rows:
         raise DataError("There was no instant to judge.")
-    attacks = [row["attack"] for row in rows if row["attack"] is not None]
-    decidable = [each for each in attacks if each["outcome"] != "not seen by two"]
-    detected = [each for each in attacks if each["outcome"] in ("named", "detected", "misnamed")]
+    attacked = [row for row in rows if row["attack"] is not None]
+    decidable = [row for row in attacked if row["attack"]["outcome"] != "not seen by two"]
+    detected = [row for row in attacked if _is_detected(row)]
     steps = sorted({step for row in rows for step in row["seconds"]})
-    wrong = [
-        bool(set(row["accused"]) - ({row["attack"]["victim"]} if row["attack"] else set()))
-        for row in rows
-    ]
     return {
         "instants": len(rows),
         "not_attackable": sum(not row["attack_possible"] for row in rows),
-        "alarms": _rate([row["alarm"] for row in rows]),
-        "attacks_detected": _rate([each in detected for each in attacks]),
-        "attacks_detected_decidable": _rate([each in detected for each in decidable]),
-        "victims_named": _rate([each["outcome"] == "named" for each in detected]),
-        "wrongly_named": _rate(wrong),
+        "alarms": _rate(rows, lambda row: bool(row["alarm"])),
+        "attacks_detected": _rate(attacked, _is_detected),
+        "attacks_detected_decidable": _rate(decidable, _is_detected),
+        "victims_named": _rate(detected, lambda row: row["attack"]["outcome"] == "named"),
+        "wrongly_named": _rate(rows, _wrongly_named),
         "decidable_share": _share(rows),
         "bytes_largest": max(max(_sent(row)) for row in rows),
         "bytes_median": median(size for row in rows for size in _sent(row)),
@@ -222,17 +221,29 @@ def _attack_row(attacked: AttackedInstant, result: ConnectedResult) -> dict[str,
     }
 
 
-def _rate(hits: list[bool]) -> dict[str, Any]:
+def _rate(
+    rows: Sequence[Mapping[str, Any]], hit: Callable[[Mapping[str, Any]], bool]
+) -> dict[str, Any]:
     """Hits, cases, the rate and its 95 % interval; null without cases."""
-    from avsec_gym.metrics.intervals import wilson_interval
+    from avsec_gym.metrics.clustered_shares import share_of
 
-    cases, found = len(hits), sum(map(bool, hits))
-    return {
-        "hits": found,
-        "cases": cases,
-        "rate": found / cases if cases else None,
-        "interval": list(wilson_interval(found, cases)) if cases else None,
-    }
+    share = share_of([hit(row) for row in rows], [_recording(row["id"]) for row in rows])
+    interval = share.interval and list(share.interval)
+    return {"hits": share.count, "cases": share.of, "rate": share.rate, "interval": interval}
+
+
+def _recording(id: str) -> str:
+    """The drive or scenario of an instant; one of a data set has a place of its own."""
+    return id.rpartition("/")[0] or id
+
+
+def _is_detected(row: Mapping[str, Any]) -> bool:
+    return row["attack"]["outcome"] in ("named", "detected", "misnamed")
+
+
+def _wrongly_named(row: Mapping[str, Any]) -> bool:
+    """Whether a vehicle is accused that was not attacked."""
+    return bool(set(row["accused"]) - ({row["attack"]["victim"]} if row["attack"] else set()))
 
 
 def _share(rows: list[dict[str, Any]]) -> float | None:

@@ -12,6 +12,7 @@ from avsec_gym.closed_loop.drive_record import Outcome
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.one_drive import HARD_BRAKING
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.cluster_bootstrap import mean_over_clusters
 from avsec_gym.metrics.clustered_shares import Share, share_of
 
 Cluster = Callable[[DriveRow], str]
@@ -145,11 +146,6 @@ def mean_over_scenes(values: Floats, scenes: Sequence[str]) -> Mean:
         values: A value of each drive, shape (N,), N one or more.
         scenes: The scene, or whatever else is a cluster, that each drive is of; N names.
     """
-    _, scene = np.unique(np.array(scenes), return_inverse=True)
-    counts, sums = np.bincount(scene), np.bincount(scene, values)
-    if len(counts) < 2:
-        return Mean(float(values.mean()), None)
-    drawn = np.random.default_rng(0).integers(len(counts), size=(_RESAMPLES, len(counts)))
-    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    low, high = np.quantile(means, [0.025, 0.975]).tolist()
-    return Mean(float(values.mean()), (low, high))
+    mean = mean_over_clusters(values, scenes, resamples=_RESAMPLES)
+    interval = mean.interval
+    return Mean(mean.value, None if interval is None else (interval[0], interval[1]))

@@ -126,6 +126,25 @@ class KittiObject:
             self.folder,
         )
 
+    def drives_of(self, ids: Sequence[str]) -> list[str] | None:
+        """The recorded drives that training frames come from: frames of one drive are alike.
+
+        Returns:
+            The folder of each frame's drive in KITTI raw; None where the devkit's ``mapping/`` is
+            not there, or does not know all of these frames.
+
+        Raises:
+            DataError: The mapping is broken.
+        """
+        try:
+            rand = self._find("mapping/train_rand.txt", "the devkit's mapping/")
+        except DataError:
+            return None
+        mapping = read_raw_mapping(rand.parent)
+        if any(id not in mapping for id in ids):
+            return None
+        return [mapping[id].folder for id in ids]
+
     def raw_origin(self, id: str) -> RawOrigin:
         """Where a training frame comes from in KITTI raw.
 

@@ -23,7 +23,6 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision_curves import (
     average_precisions,
     best_average_precisions,
-    draw_resamples,
     precision_at_recalls,
     resampled,
 )
@@ -37,6 +36,7 @@ from avsec_gym.metrics.average_precision_frames import (
     pooled,
 )
 from avsec_gym.metrics.average_precision_matching import Integers, match, overlaps
+from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 
 METRICS = ("2d", "bev", "3d", "aos")
 """Metrics in the image, from above, in space; similarity of the observation angle, matched in the
@@ -165,7 +165,7 @@ def average_precision(
         resamples: Number of times that frames are drawn anew for the 95 % interval; 0: no interval.
         seed: Seed of these draws.
         together: Group of each frame, such as its drive: frames that are alike are drawn all or
-            none.  None: each by itself.
+            none.  None: each by itself.  One group alone gives no interval.
 
     Raises:
         ConfigurationError: The frames do not fit together, boxes lack 2D boxes, or a class has no
@@ -215,6 +215,9 @@ def average_precision(
                 precision[number, place, level] = curve[row]
                 if drawn is not None and again is not None:
                     drawn[number, place, level] = again[:, row]
+    if drawn is not None and len(names) < 2:
+        # What is drawn of one group is always the same.
+        drawn[:] = np.nan
     thresholds = np.array([(*min_iou[name], min_iou[name][0]) for name in classes])
     return AveragePrecision(tuple(classes), thresholds, to_find, precision, drawn)
 

@@ -67,13 +67,6 @@ def best_average_precisions(labels: int) -> tuple[float, float]:
     return ap11, ap40
 
 
-def draw_resamples(frames: int, count: int, seed: int) -> Integers:
-    """How often each frame is drawn, with replacement, shape (count, frames)."""
-    generator = np.random.default_rng(seed)
-    drawn = generator.integers(0, frames, (count, frames))
-    return np.stack([np.bincount(row, minlength=frames) for row in drawn])
-
-
 def resampled(events: Events, labels: Integers, resamples: Integers) -> Floats:
     """AP11 and AP40 in percent of each resample, of precision and of orientation.
 

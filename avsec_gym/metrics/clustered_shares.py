@@ -13,12 +13,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import stdtrit
 
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.intervals import wilson_interval
 
 _Z95 = NormalDist().inv_cdf(0.975)
@@ -49,6 +51,11 @@ class Share:
             True
         """
         return cls(count, of, count / of, wilson_interval(count, of)) if of else _NO_CASE
+
+    @property
+    def estimate(self) -> Estimate:
+        """The rate with its interval."""
+        return Estimate(self.rate, self.interval)
 
     @property
     def percent(self) -> float:
@@ -88,6 +95,64 @@ def clustered_interval(count: int, of: int, effect: float) -> tuple[float, float
         effect: The design effect of the clusters, 1 or more; 1 gives Wilson's interval.
     """
     return wilson_interval(count, of, _Z95 * math.sqrt(effect))
+
+
+def share_of_trainings(hits: ArrayLike) -> Share:
+    """How many of how many, of several trainings that were judged in the same situations.
+
+    The interval over situations, which all trainings share, is widened by how much the trainings
+    differ: Student's t of their rates, both spreads squared and added.
+
+    Args:
+        hits: Shape (T, N): a row for each training, T and N one or more.
+
+    Example:
+        >>> alike, unlike = share_of_trainings([[1, 0]] * 3), share_of_trainings([[1, 1], [0, 0]])
+        >>> [round(share.interval[0], 3) for share in (alike, unlike)]
+        [0.095, 0.0]
+    """
+    flags = np.asarray(hits, bool)
+    trainings, situations = flags.shape
+    share = share_of(flags.T, list(map(str, range(situations))))
+    if trainings < 2 or share.rate is None or share.interval is None:
+        return share
+    deviation = float(flags.mean(axis=1).std(ddof=1)) / math.sqrt(trainings)
+    spread = float(stdtrit(trainings - 1, 0.975)) * deviation
+    low, high = (math.hypot(share.rate - bound, spread) for bound in share.interval)
+    return replace(share, interval=(max(0.0, share.rate - low), min(1.0, share.rate + high)))
+
+
+def difference_of_shares(first: Share, second: Share) -> Estimate:
+    """The first less the second, with Newcombe's interval (1998, method 10).
+
+    The two are taken to be of different cases; where they share some, the interval is too wide.
+
+    Args:
+        first: A share of one case or more.
+        second: The other one.
+
+    Example:
+        >>> difference = difference_of_shares(Share.of_counts(56, 70), Share.of_counts(48, 80))
+        >>> [round(bound, 4) for bound in difference.interval]  # Newcombe's example (a).
+        [0.0524, 0.3339]
+    """
+    if first.rate is None or second.rate is None or not first.interval or not second.interval:
+        return Estimate(None)
+    difference = first.rate - second.rate
+    (low, high), (least, most) = first.interval, second.interval
+    below = math.hypot(first.rate - low, most - second.rate)
+    above = math.hypot(high - first.rate, second.rate - least)
+    return Estimate(difference, (difference - below, difference + above))
+
+
+def effective_interval(rate: float, independent: float) -> tuple[float, float]:
+    """The 95 % interval of a share of weighted cases, which count as so many independent ones.
+
+    Args:
+        rate: The share, from 0 to 1.
+        independent: The number of independent cases, such as Kish's of weighted clusters.
+    """
+    return wilson_interval(rate * independent, independent)
 
 
 def design_effect(hits: ArrayLike, clusters: Sequence[str]) -> float:

@@ -7,10 +7,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from avsec_gym.metrics.cluster_bootstrap import Sampled
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.intervals import mcnemar_p
 from avsec_gym.metrics.many_comparisons import holm_adjusted
-from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRecord
+from avsec_gym.metrics.safety import (
+    COLLISION,
+    SAFE,
+    UNPLANNED,
+    RecordCluster,
+    SafetyRecord,
+    scenario_of,
+)
 
 
 @dataclass(frozen=True)
@@ -25,7 +33,7 @@ class PairedRates:
         safe_driving_rate: Difference of the safe driving rate.
         became_unsafe: Number of episodes that were safe and are not.
         became_safe: Number of episodes that were not safe and are.
-        mcnemar_p: McNemar's exact test; None where a scenario has several episodes.
+        mcnemar_p: McNemar's exact test; None where a cluster has several episodes.
     """
 
     scenarios: int
@@ -55,18 +63,21 @@ def paired_differences(
     first: Sequence[SafetyRecord],
     second: Sequence[SafetyRecord],
     *,
+    cluster: RecordCluster = scenario_of,
     resamples: int = 10_000,
     seed: int = 0,
 ) -> PairedRates | None:
     """How the rates of the same scenarios differ between two inputs, second minus first.
 
-    Intervals are 95 % percentile intervals of a bootstrap that draws scenarios, with all their
+    Intervals are 95 % percentile intervals of a bootstrap that draws clusters, with all their
     records and pairs together.  McNemar's exact test is about which scenarios were driven safely;
-    there is none where a scenario stands for several records, which depend on each other.
+    there is none where a cluster has several records, which depend on each other.  One cluster
+    alone gives no interval.
 
     Args:
         first: Records.
         second: Records of the same scenarios and intentions in the same order.
+        cluster: The cluster that a record belongs to, as of `SafetyRates.of`.
         resamples: Bootstrap samples.
         seed: Seed of the bootstrap.
 
@@ -86,22 +97,25 @@ def paired_differences(
     )
     if not len(pairs):
         return None
-    _, scenario = np.unique([name for name, _ in names], return_inverse=True)
-    by_scenario = np.zeros((int(scenario.max()) + 1, 9), int)
-    np.add.at(by_scenario, (scenario, pairs), 1)
-    counts = by_scenario.sum(axis=0)
-    # Scenarios with equal outcomes are drawn together.
-    patterns, multiplicity = np.unique(by_scenario, axis=0, return_counts=True)
+    _, belongs = np.unique([cluster(record) for record in first], return_inverse=True)
+    by_cluster = np.zeros((int(belongs.max()) + 1, 9), int)
+    np.add.at(by_cluster, (belongs, pairs), 1)
+    counts = by_cluster.sum(axis=0)
+    # Clusters with equal outcomes are drawn together.
+    patterns, multiplicity = np.unique(by_cluster, axis=0, return_counts=True)
     draws = np.random.default_rng(seed).multinomial(
-        len(by_scenario), multiplicity / len(by_scenario), size=resamples
+        len(by_cluster), multiplicity / len(by_cluster), size=resamples
     )
     observed, drawn = _rate_differences(counts[None]), _rate_differences(draws @ patterns)
-    estimates = {name: _estimate(observed[name][0], drawn[name]) for name in observed}
+    if len(by_cluster) < 2:
+        # What is drawn of one cluster is always the same.
+        drawn = {name: np.full(resamples, np.nan) for name in observed}
+    estimates = {name: Sampled(observed[name][0], drawn[name]).estimate for name in observed}
     table = counts.reshape(3, 3)
     lost, gained = int(table[0, 1:].sum()), int(table[1:, 0].sum())
-    alone = len(by_scenario) == len(pairs)
+    alone = len(by_cluster) == len(pairs)
     return PairedRates(
-        scenarios=len(by_scenario),
+        scenarios=len({name for name, _ in names}),
         episodes=len(pairs),
         **estimates,
         became_unsafe=lost,
@@ -123,13 +137,6 @@ def holm_p(rows: Sequence[PairedRates | None]) -> list[float | None]:
     """
     known = [np.nan if row is None or row.mcnemar_p is None else row.mcnemar_p for row in rows]
     return [_finite(float(p)) for p in holm_adjusted(known)]
-
-
-def _estimate(observed: float, drawn: np.ndarray) -> Estimate:
-    """A rate's difference and the 95 % interval of its draws."""
-    sample = drawn[np.isfinite(drawn)]
-    interval = [float(q) for q in np.quantile(sample, [0.025, 0.975])] if len(sample) else None
-    return Estimate(_finite(float(observed)), interval)
 
 
 def _rate_differences(counts: np.ndarray) -> dict[str, np.ndarray]:

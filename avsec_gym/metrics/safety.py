@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -79,6 +79,15 @@ class SafetyRecord:
         }
 
 
+RecordCluster = Callable[[SafetyRecord], str]
+"""A rule that names the cluster of alike records that a record belongs to."""
+
+
+def scenario_of(record: SafetyRecord) -> str:
+    """The usual cluster: all records of one scenario, whatever the intention or attack."""
+    return record.scenario
+
+
 def judge(
     plan: Plan, scenario: PlanningScenario, truth: Obstacles, vehicle: Vehicle = BMW_320I
 ) -> SafetyRecord:
@@ -128,8 +137,8 @@ def judge(
 class SafetyRates:
     """The three rates over a set of scenarios, each with its 95 % interval.
 
-    It is Wilson's; where several episodes share a scenario, it can be widened by the design effect
-    of the scenarios (`avsec_gym.metrics.clustered_shares`).
+    It is Wilson's; where several episodes share a scenario, it is widened by the design effect of
+    the scenarios (`avsec_gym.metrics.clustered_shares`).
     """
 
     scenarios: int
@@ -150,18 +159,21 @@ class SafetyRates:
     """Planned scenarios that touch something at or between time steps; None if not checked."""
     design_effects: Mapping[str, float] | None = None
     """Design effects of each rate, by its name: how many times as much it varies as if all episodes
-    were independent; None: they are taken to be."""
+    were independent; None: each episode is a cluster of its own."""
 
     @classmethod
-    def of(cls, records: Iterable[SafetyRecord], *, clustered: bool = False) -> SafetyRates:
+    def of(
+        cls, records: Iterable[SafetyRecord], cluster: RecordCluster = scenario_of
+    ) -> SafetyRates:
         """Count records.
 
         Args:
             records: Records.
-            clustered: Whether the records of one scenario, such as those of its intentions, are one
-                cluster of the intervals; else all records are taken to be independent.
+            cluster: The cluster that a record belongs to: its scenario, which its intentions and
+                attacks share, or more, such as the drive that several scenarios are of.
         """
         records = list(records)
+        together = len({cluster(record) for record in records}) < len(records)
         planned = [record for record in records if record.planned]
         return cls(
             scenarios=len(records),
@@ -179,7 +191,7 @@ class SafetyRates:
                 if any(record.swept_collision is None for record in planned)
                 else sum(bool(record.swept_collision) for record in planned)
             ),
-            design_effects=_design_effects(records, planned) if clustered else None,
+            design_effects=_design_effects(records, planned, cluster) if together else None,
         )
 
     @property
@@ -247,9 +259,9 @@ SWEPT = "swept_collision_rate"
 
 
 def _design_effects(
-    records: Sequence[SafetyRecord], planned: Sequence[SafetyRecord]
+    records: Sequence[SafetyRecord], planned: Sequence[SafetyRecord], cluster: RecordCluster
 ) -> dict[str, float]:
-    """Of each rate that has cases, a cluster for each scenario."""
+    """Of each rate that has cases."""
     hits: dict[str, tuple[Sequence[SafetyRecord], list[bool]]] = {
         SUCCESS: (records, [record.planned for record in records]),
         COLLIDED: (planned, [record.collision for record in planned]),
@@ -257,7 +269,7 @@ def _design_effects(
         SWEPT: (planned, [bool(record.swept_collision) for record in planned]),
     }
     return {
-        name: design_effect(flags, [record.scenario for record in cases])
+        name: design_effect(flags, [cluster(record) for record in cases])
         for name, (cases, flags) in hits.items()
         if flags
     }

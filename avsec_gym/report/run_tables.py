@@ -50,7 +50,7 @@ def other_table(rows: Sequence[OtherRates]) -> Table:
         "Other settings, %",
         ["setting", "strength", "episodes", "success", "collision", "safe driving"],
         lines,
-        "In brackets: 95 % Wilson intervals.",
+        "In brackets: 95 % intervals, Wilson’s, widened by what the episodes of one scene share.",
     )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.sensor_system import Sensor, Triple
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.json_lines import JsonLines
@@ -206,41 +206,45 @@ def row_of(
     return with_schema("validate.frame", row)
 
 
-def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Alarms and names over all frames; rates with 95 % Wilson intervals, None without a case.
+def summary(
+    rows: Mapping[str, Mapping[str, Any]], drives: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """Alarms and names over all frames; rates with 95 % intervals, None without a case.
 
     ``alarms_as_recorded`` counts alarms on frames that were not attacked on purpose: false alarms,
     unless an attacker was there during the recording.  ``attacks_named`` counts the frames in which
     exactly the attacked sensors were named; by thresholds, three sensors can name none.
+
+    Args:
+        rows: The row of each frame, by its id.
+        drives: The drive of a frame, by its id: frames of one drive are alike, and one cluster of
+            the intervals; a frame without a drive stands alone.
     """
-    as_recorded = [row for row in rows.values() if not row["truly_attacked"]]
-    attacked = [row for row in rows.values() if row["truly_attacked"]]
+    of = drives or {}
+    as_recorded = {id: row for id, row in rows.items() if not row["truly_attacked"]}
+    attacked = {id: row for id, row in rows.items() if row["truly_attacked"]}
     names: dict[str, int] = {}
     for row in rows.values():
         for sensor in row["attacked"]:
             names[str(sensor)] = names.get(str(sensor), 0) + 1
     seconds = sorted(row["seconds"] for row in rows.values())
-    exact = [
-        row["attacked"] == row["truly_attacked"]
-        for row in attacked
+    exact = {
+        id: row["attacked"] == row["truly_attacked"]
+        for id, row in attacked.items()
         if len(row["statuses"]) > 3 or row["probabilities"] is not None
-    ]
+    }
     return {
         "frames": len(rows),
         "alarms": sum(row["alarm"] for row in rows.values()),
         "attacked_sensors": names,
-        "alarms_as_recorded": _rate([row["alarm"] for row in as_recorded]),
-        "attacks_detected": _rate([row["alarm"] for row in attacked]),
-        "attacks_named": _rate(exact),
+        "alarms_as_recorded": _rate({id: row["alarm"] for id, row in as_recorded.items()}, of),
+        "attacks_detected": _rate({id: row["alarm"] for id, row in attacked.items()}, of),
+        "attacks_named": _rate(exact, of),
         "median_seconds": seconds[len(seconds) // 2] if seconds else None,
     }
 
 
-def _rate(hits: list[bool]) -> dict[str, Any]:
-    low, high = wilson_interval(sum(hits), len(hits))
-    return {
-        "count": sum(hits),
-        "of": len(hits),
-        "rate": sum(hits) / len(hits) if hits else None,
-        "interval": [low, high] if hits else None,
-    }
+def _rate(hits: Mapping[str, bool], drives: Mapping[str, str]) -> dict[str, Any]:
+    share = share_of([*hits.values()], [drives.get(id, id) for id in hits])
+    interval = share.interval and list(share.interval)
+    return {"count": share.count, "of": share.of, "rate": share.rate, "interval": interval}

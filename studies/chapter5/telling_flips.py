@@ -9,20 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, MinIou
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, Sampled
 from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.roc_curve import concordance
 from avsec_gym.scenario.intention import Intention
 from studies.chapter5.case_measures import CaseMeasures
-from studies.chapter5.concordance import concordance
 from studies.chapter5.scene_precision import scene_precision
 from studies.chapter5.telling_measures import MEASURES, PRECISIONS, compared_attacks, groups_of
 
@@ -76,7 +76,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
     """
     attacks = compared_attacks(outcomes)
     episodes = {attack: _episodes(outcomes, attack) for attack in attacks}
-    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
+    scenes = ClusterBootstrap(len(outcomes.scenarios), RESAMPLES)
     rows: list[FlipRow] = []
     usual: dict[tuple[str, str], Sampled] = {}
     for measure in MEASURES:
@@ -96,10 +96,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             losses = np.array([lost[attack] for attack in group])
             scores = losses[number, scenario, intention] if len(own) else np.zeros(0)
             hits = unsafe.astype(bool)
-            area = Sampled(
-                float(concordance(scores, hits, number)),
-                concordance(scores, hits, number, samples[:, scenario]),
-            )
+            area = scenes.statistic(partial(_area, scores, hits, number, scenario))
             more = area - usual.setdefault(key, area)
             known = np.isfinite(area.value)
             rows.append(
@@ -115,6 +112,17 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
                 )
             )
     return rows
+
+
+def _area(
+    scores: Floats,
+    hits: NDArray[np.bool_],
+    attack: NDArray[np.int64],
+    scenario: NDArray[np.int64],
+    weights: NDArray[np.int64],
+) -> Floats:
+    """Within attacks, of sets in which scenarios count so often, shape (K, scenarios)."""
+    return concordance(scores, hits, attack, weights[:, scenario])
 
 
 def _episodes(outcomes: Outcomes, attack: Condition) -> _Episodes:

@@ -10,15 +10,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from avsec_gym.experiments.chapter5.decoupling import spearman
-from avsec_gym.experiments.chapter5.losses import TRUE_ATTACKS, Sampled, precision, safety
+from avsec_gym.experiments.chapter5.losses import TRUE_ATTACKS, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import JOINT_PATCHES, PATCHES, PERTURBATIONS
-from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import (
+    ClusterBootstrap,
+    Sampled,
+    sampled_rank_correlation,
+)
 from avsec_gym.metrics.estimate import NOTHING, Estimate
 from studies.chapter5.case_measures import CASE_MEASURES, CaseMeasures
 
@@ -94,7 +94,7 @@ def telling_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[MeasureRow]:
     for measure in MEASURES:
         lost = _lost({each: _of_all(measure, outcomes, each, cases) for each in looked}, attacks)
         for (detector, family), group in groups_of(attacks).items():
-            rho = spearman([(lost[attack], safe[attack]) for attack in group])
+            rho = sampled_rank_correlation([(lost[attack], safe[attack]) for attack in group])
             first = usual.setdefault((detector, family), rho)
             more = None if rho is None or first is None else rho - first
             rows.append(
@@ -122,7 +122,4 @@ def _of_all(measure: str, outcomes: Outcomes, condition: Condition, cases: CaseM
     if measure in PRECISIONS:
         return precision(outcomes, condition, PRECISIONS[measure])
     part, whole = cases[condition][measure].sum(axis=1).T
-    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        drawn: Floats = (samples @ part) / (samples @ whole)
-        return Sampled(float(part.sum() / whole.sum()), drawn)
+    return ClusterBootstrap(len(outcomes.scenarios), RESAMPLES).ratio(part, whole)

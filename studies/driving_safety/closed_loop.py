@@ -25,7 +25,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import rankdata
 
 from avsec_gym.closed_loop.loop_scenes import loop_scenes
 from avsec_gym.closed_loop.unavoidable import unavoidable
@@ -33,7 +32,7 @@ from avsec_gym.drives.drive_folder import RECORD, ROWS
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.summary import Cluster, SettingSummary, by_recording, by_scene, summaries
 from avsec_gym.experiments.json_rows import FLAT, OPTIONAL, row_json
-from avsec_gym.geometry import Floats
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, sampled_rank_correlation
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import read_text, write_text
@@ -50,7 +49,8 @@ class Ranking:
 
     Args:
         rho: Spearman's correlation, over settings, of the share of first plans that are not safe
-            with the share of drives with a collision; None: one of them is the same for all.
+            with the share of drives with a collision; None: one of them is the same for all, or
+            there are fewer than three settings.
         interval: The 95 % interval over resampled clusters; None: there is none.
     """
 
@@ -150,28 +150,17 @@ def ranking(rows: Sequence[DriveRow], settings: Sequence[str], cluster: Cluster)
         if row["setting"] in settings:
             place = clusters[cluster(row)], settings.index(row["setting"])
             counts[(slice(None), *place)] += (1, row["first_plan"] != "safe", row["collision"])
-    if len(settings) < 2:
-        return Ranking(None, None)
-    [rho] = _spearman(counts.sum(axis=1)[:, None])
-    if not np.isfinite(rho):
-        return Ranking(None, None)
-    draws = np.random.default_rng(0).multinomial(
-        len(clusters), np.full(len(clusters), 1 / len(clusters)), size=_RESAMPLES
+    drawn = ClusterBootstrap(len(clusters), _RESAMPLES)
+    rho = sampled_rank_correlation(
+        [
+            (drawn.ratio(unsafe, drives), drawn.ratio(collisions, drives))
+            for drives, unsafe, collisions in np.moveaxis(counts, 2, 0)
+        ]
     )
-    drawn = _spearman(np.einsum("rc,kcs->krs", draws, counts))
-    low, high = np.nanquantile(drawn, (0.025, 0.975))
-    return Ranking(float(rho), (float(low), float(high)))
-
-
-def _spearman(counts: Floats) -> Floats:
-    """Of both rates, from drives, unsafe first plans and collisions, shape (3, R, settings)."""
-    drives, unsafe, collisions = counts
-    first, second = (rankdata(hits / drives, axis=1) for hits in (unsafe, collisions))
-    first, second = (ranks - ranks.mean(axis=1, keepdims=True) for ranks in (first, second))
-    with np.errstate(invalid="ignore"):
-        return np.asarray(
-            (first * second).sum(axis=1) / np.sqrt((first**2).sum(axis=1) * (second**2).sum(axis=1))
-        )
+    if rho is None:
+        return Ranking(None, None)
+    interval = rho.interval
+    return Ranking(rho.value, None if interval is None else (interval[0], interval[1]))
 
 
 def _first_plan(rows: Sequence[DriveRow], setting: str, cluster: Cluster) -> Share:

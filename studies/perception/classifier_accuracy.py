@@ -22,7 +22,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.perception.motion.classifier import MovingObjectClassifier, neighbour_of
 from avsec_gym.perception.road_type import DrivingConstraintSelector
 from avsec_gym.perception.training.motion_samples import OBSTACLES, classified_objects
@@ -51,6 +51,7 @@ class JudgedObject:
         probability: The probability of moving, with a neighbouring frame where there is one.
         single: The probability of moving, by the current crop alone.
         has_neighbour: Whether there was one.
+        scene: The place and time that several frames are of; None: this frame alone.
     """
 
     frame: str
@@ -59,6 +60,22 @@ class JudgedObject:
     probability: float
     single: float
     has_neighbour: bool
+    scene: str | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class JudgedType:
+    """What was said of a road, and what is true.
+
+    Args:
+        scene: The place and time of the frame.
+        truth: The true type.
+        said: The selector's answer.
+    """
+
+    scene: str
+    truth: RoadType
+    said: RoadType
 
 
 @dataclass(frozen=True)
@@ -69,9 +86,12 @@ class Accuracy:
     accuracy: float | None
     """None without cases."""
     interval: list[float] | None
-    """Wilson's, 95 %, cases taken as independent."""
+    """95 %; cases of one scene belong together."""
     confusion: Mapping[str, int]
     """Such as ``no_said_yes``: the truth, and the classifier's answer."""
+    clusters: int | None = field(default=None, metadata=OPTIONAL)
+    """Number of scenes that the cases are of; None in earlier results, whose intervals take all
+    cases for independent."""
 
 
 @dataclass(frozen=True)
@@ -184,8 +204,10 @@ def run(options: argparse.Namespace) -> ClassifierAccuracy:
         with progress("judging") as shown:
             for done, labelled in enumerate(world, start=1):
                 frame, boxes = labelled.frame(), labelled.boxes()
-                objects += judged(classifier, frame, boxes[classified_objects(boxes)])
-                roads.append((labelled.road_type, selector.select(frame)))
+                objects += judged(
+                    classifier, frame, boxes[classified_objects(boxes)], labelled.scene
+                )
+                roads.append(JudgedType(labelled.scene, labelled.road_type, selector.select(frame)))
                 shown(done, len(world))
         motion = replace(motion, world=WorldMotion(scenes, _motion_summary(objects)))
         road = replace(road, world=WorldRoads(scenes, _road_summary(roads)))
@@ -197,9 +219,16 @@ def run(options: argparse.Namespace) -> ClassifierAccuracy:
 
 
 def judged(
-    classifier: MovingObjectClassifier, frame: SensorFrame, boxes: Boxes3D
+    classifier: MovingObjectClassifier, frame: SensorFrame, boxes: Boxes3D, scene: str | None = None
 ) -> list[JudgedObject]:
-    """The classifier's results for a frame's objects, with `moving` as truth."""
+    """The classifier's results for a frame's objects, with `moving` as truth.
+
+    Args:
+        classifier: The classifier.
+        frame: The frame.
+        boxes: Its objects, `moving` set.
+        scene: The place and time that it is of; None: no other frame is of it.
+    """
     if not len(boxes):
         return []
     assert boxes.moving is not None, "the truth"
@@ -210,25 +239,32 @@ def judged(
     return [
         JudgedObject(
             frame.id, round(float(z), 1), bool(moves), round(float(p), 4), round(float(q), 4),
-            has_neighbour,
+            has_neighbour, scene,
         )
         for z, moves, p, q in columns
     ]  # fmt: skip
 
 
-def counted(truth: Sequence[bool], said: Sequence[bool]) -> Accuracy:
-    """Accuracy with its interval (Wilson, 95 %, cases taken as independent), and the confusion."""
+def counted(truth: Sequence[bool], said: Sequence[bool], scenes: Sequence[str]) -> Accuracy:
+    """Accuracy with its interval, and the confusion.
+
+    Args:
+        truth: What is true of each case.
+        said: The classifier's answer.
+        scenes: The scene of each case; cases of one are a cluster.
+    """
     pairs = list(zip(truth, said, strict=True))
-    right = sum(a == b for a, b in pairs)
+    right = share_of([a == b for a, b in pairs], scenes)
     return Accuracy(
-        cases=len(pairs),
-        accuracy=right / len(pairs) if pairs else None,
-        interval=list(wilson_interval(right, len(pairs))) if pairs else None,
+        cases=right.of,
+        accuracy=right.rate,
+        interval=None if right.interval is None else list(right.interval),
         confusion={
             f"{_word(a)}_said_{_word(b)}": pairs.count((a, b))
             for a in (False, True)
             for b in (False, True)
         },
+        clusters=len(set(scenes)),
     )
 
 
@@ -240,7 +276,8 @@ def _motion_summary(objects: Sequence[JudgedObject]) -> MotionAccuracy:
     def of(chosen: Iterable[JudgedObject], single: bool = False) -> Accuracy:
         chosen = list(chosen)
         said = [(seen.single if single else seen.probability) >= 0.5 for seen in chosen]
-        return counted([seen.moving for seen in chosen], said)
+        scenes = [seen.scene or seen.frame for seen in chosen]
+        return counted([seen.moving for seen in chosen], said, scenes)
 
     neighboured = [seen for seen in objects if seen.has_neighbour]
     return MotionAccuracy(
@@ -256,13 +293,13 @@ def _motion_summary(objects: Sequence[JudgedObject]) -> MotionAccuracy:
     )
 
 
-def _road_summary(roads: Sequence[tuple[RoadType, RoadType]]) -> Accuracy:
+def _road_summary(roads: Sequence[JudgedType]) -> Accuracy:
     """Yes is a highway."""
-    truth, said = (
-        [road_type is RoadType.HIGHWAY for road_type in column]
-        for column in zip(*roads, strict=True)
+    return counted(
+        [road.truth is RoadType.HIGHWAY for road in roads],
+        [road.said is RoadType.HIGHWAY for road in roads],
+        [road.scene for road in roads],
     )
-    return counted(truth, said)
 
 
 def _real_motion(
@@ -294,7 +331,7 @@ def _real_roads(selector: DrivingConstraintSelector, kitti: Path, scenarios: Pat
     pairs = []
     for id in sorted(there & labels.keys()):
         frame, truth = data.frame(id), ROAD_TYPES[labels[id]]
-        pairs.append((truth, selector.select(frame)))
+        pairs.append(JudgedType(id, truth, selector.select(frame)))
         highway = round(selector.highway_probability(frame), 4)
         frames.append(JudgedRoad(id, str(truth), highway))
     return RealRoads(_road_summary(pairs), frames)

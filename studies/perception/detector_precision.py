@@ -2,7 +2,9 @@
 
 Run ``python -m studies.perception.detector_precision --kitti DIR --detectors dsgn
 stereo_rcnn --json FILE --figures DIR``. A detector is a name, ``name:preset``, or ``name=FILE``
-with weights of one's own. A run that was stopped goes on: what was detected is kept in ``--out``.
+with weights of one's own. ``--other-part DIR`` has scenes of the other part of the assets, such as
+those that networks learn from: the precision on both is compared. A run that was stopped goes on:
+what was detected is kept in ``--out``.
 """
 
 from __future__ import annotations
@@ -14,11 +16,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.json_rows import FLAT
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
+from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.perception.weights.given import shipped_weights
 from studies.answer import answer
+from studies.perception.asset_parts import PartsPrecision, SeenScenes, parts_precision
 from studies.perception.detector_figures import Example, draw_examples, draw_precision
-from studies.perception.detector_scores import DetectorScores, detector_scores
+from studies.perception.detector_scores import IOUS, DetectorScores, detector_scores
 from studies.perception.kept_detections import (
     FrameTime,
     LabelledData,
@@ -54,6 +59,8 @@ class ScoredDetector:
     """See `THESIS`."""
     scores: DetectorScores = field(metadata=FLAT)
     seconds: FrameTime
+    parts: Mapping[str, PartsPrecision] | None = field(default=None, metadata=OPTIONAL)
+    """Precision on both parts of the assets, by `IOUS`; None where no other part was given."""
 
 
 @dataclass(frozen=True)
@@ -64,16 +71,21 @@ class DetectorPrecision:
     resamples: int
     detectors: Mapping[str, ScoredDetector]
     examples: Sequence[Example] | None
+    other_part: LabelledData | None = field(default=None, metadata=OPTIONAL)
+    """Scenes of the other part of the assets; None: none were given."""
 
 
 def run(options: argparse.Namespace) -> DetectorPrecision:
     """Detect, score, draw.
 
     Raises:
-        ConfigurationError: A detector is unknown, or an option makes no sense.
+        ConfigurationError: A detector is unknown, an option makes no sense, or the other part of
+            the assets is the same.
         DataError: The folder has no frames, a file is broken, or there are no weights.
     """
-    data, ids, truth = labelled_frames(options, NEEDED, _MAKE)
+    judged = _frames(options, options.kitti)
+    other = None if options.other_part is None else _other_part(options, judged)
+    data, ids, truth = judged.data, judged.ids, judged.truth
     found: dict[str, list[Boxes3D]] = {}
     result: dict[str, ScoredDetector] = {}
     for text in options.detectors:
@@ -81,6 +93,14 @@ def run(options: argparse.Namespace) -> DetectorPrecision:
         name = _label(asked)
         weights = _weights(asked)
         found[name] = detected(asked, weights, data, ids, options.out, options.workers)
+        parts = None
+        if other is not None:
+            there = detected(asked, weights, other.data, other.ids, options.out, options.workers)
+            scenes = judged.seen(found[name]), other.seen(there)
+            parts = {
+                iou: parts_precision(*scenes, least, options.resamples, options.seed)
+                for iou, least in IOUS.items()
+            }
         result[name] = ScoredDetector(
             asked=text,
             weights=weights_facts(weights),
@@ -88,13 +108,45 @@ def run(options: argparse.Namespace) -> DetectorPrecision:
             thesis=THESIS.get(name),
             scores=detector_scores(truth, found[name], options.resamples, options.seed),
             seconds=seconds_a_frame(asked, data, ids[: options.timed]),
+            parts=parts,
         )
     examples = None
     if options.figures is not None:
         draw_precision(truth, found, options.figures)
         points = {name: figures.scores.working_point for name, figures in result.items()}
         examples = draw_examples(data, ids, truth, found, points, options.figures)
-    return DetectorPrecision(described(data, truth), options.resamples, result, examples)
+    other_part = None if other is None else other.described
+    return DetectorPrecision(judged.described, options.resamples, result, examples, other_part)
+
+
+@dataclass(frozen=True, eq=False)
+class _Frames:
+    """Labelled frames of one part of the assets."""
+
+    data: KittiObject
+    ids: list[str]
+    truth: list[Boxes3D]
+    described: LabelledData
+
+    def seen(self, found: Sequence[Boxes3D]) -> SeenScenes:
+        return SeenScenes(self.described, self.truth, found)
+
+
+def _frames(options: argparse.Namespace, root: Path) -> _Frames:
+    there = argparse.Namespace(**{**vars(options), "kitti": root})
+    data, ids, truth = labelled_frames(there, NEEDED, _MAKE)
+    return _Frames(data, ids, truth, described(data, truth))
+
+
+def _other_part(options: argparse.Namespace, judged: _Frames) -> _Frames:
+    """The frames to compare with; ConfigurationError if they are of the same part."""
+    other = _frames(options, options.other_part)
+    if other.described.assets == judged.described.assets:
+        raise ConfigurationError(
+            f"--kitti and --other-part are both of the assets {judged.described.assets or 'all'!r}:"
+            " give frames of `avsec world make --assets judge` and of `--assets train`"
+        )
+    return other
 
 
 def named(text: str) -> dict[str, str]:
@@ -131,6 +183,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     add_options(parser)
     parser.add_argument("--detectors", nargs="+", default=["dsgn", "dsgn:medium", "stereo_rcnn"])
+    parser.add_argument("--other-part", type=Path, help="scenes of the other part of the assets")
     parser.add_argument("--figures", type=Path, help="folder for pictures")
     return answer(parser.parse_args(arguments), run)
 

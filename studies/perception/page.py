@@ -147,6 +147,7 @@ def page(results: DetectorResults) -> str:
         _bar(scores),
         _in_full(scores),
         _by_distance(scores),
+        _by_assets(scores),
         reasons(scores),
         examples(scores),
         single_sensor(results.single) if results.single else [],
@@ -290,6 +291,35 @@ def _by_distance(scores: DetectorPrecision) -> list[str]:
             rows,
         ),
     ]  # fmt: skip
+
+
+def _by_assets(scores: DetectorPrecision) -> list[str]:
+    """Both parts of the assets, where another one than the judged was looked at."""
+    other = scores.other_part
+    if other is None:
+        return []
+    rows = [
+        [
+            f"`{name}`",
+            iou,
+            *(interval(each.value, each.interval) for each in (part.judged, part.other)),
+            interval(part.difference.value, part.difference.interval),
+        ]
+        for name, figures in scores.detectors.items()
+        for iou, part in (figures.parts or {}).items()
+    ]
+    titles = [_ASSETS[data.assets or "all"] for data in (scores.data, other)]
+    return [
+        "## By assets",
+        "",
+        f"AP11 of cars in space, moderate, on the {scores.data.frames} frames of this page and on"
+        f" {other.frames} others (suite `{other.suite}`, seed {other.seed}). Intervals of a column"
+        " are over the scenes of its part: they hold for more scenes of these designs, and know"
+        " nothing of other designs. The difference has an interval of its own, over the scenes of"
+        " both parts.",
+        "",
+        *markdown_table(["detector", "IoU", *titles, "difference"], rows),
+    ]
 
 
 def _levels(values: Sequence[float | None], bounds: Sequence[Interval] | None) -> str:

@@ -6,6 +6,13 @@ from avsec_gym.errors import DataError
 from avsec_gym.report.markdown_table import interval, markdown_table, share
 from studies.perception.classifier_accuracy import Accuracy, ClassifierAccuracy
 
+_INDEPENDENT = (
+    "Wilson's 95 % intervals take objects for independent, though those of one scene are not."
+)
+_CLUSTERED = (
+    "In brackets: 95 % intervals, Wilson's, widened by what the objects of one scene share."
+)
+
 
 def classifiers(found: ClassifierAccuracy) -> list[str]:
     """How often the moving-object classifier and the driving-constraint selector are right.
@@ -40,9 +47,9 @@ def classifiers(found: ClassifierAccuracy) -> list[str]:
         "## Who moves, and on what road",
         "",
         f"On {motion.world.scenes} (moving) and {road.world.scenes} (road type) held-out scenes"
-        " of the procedural world, and apart from them on the real frames at hand. Wilson's 95 %"
-        " intervals take objects for independent, though those of one scene are not. Who always"
-        f" said “stands” would be right in {share(stand / max(same.cases, 1))} % of the objects"
+        " of the procedural world, and apart from them on the real frames at hand."
+        f" {_INDEPENDENT if moves.with_neighbour.clusters is None else _CLUSTERED} Who always said"
+        f" “stands” would be right in {share(stand / max(same.cases, 1))} % of the objects"
         " with an earlier frame. The thesis' figures are of its own real crops.",
         "",
         *markdown_table(["what", "cases", "right, %", "thesis, %"], rows),

@@ -15,9 +15,16 @@ from pathlib import Path
 
 from avsec_gym import console
 from avsec_gym.experiments.json_rows import row_json
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.rig import kitti_rig, resized_rig
-from avsec_gym.world.export import MEETINGS, Connection, Sensors, make_data_set, suite_recipe
+from avsec_gym.world.export import (
+    MEETINGS,
+    ConnectedWorld,
+    Connection,
+    Sensors,
+    make_data_set,
+    suite_recipe,
+)
 
 SPACINGS = ((6.0, 20.0), (15.0, 60.0), (50.0, 90.0))
 """Least and greatest distance of the other vehicles from the first, metres."""
@@ -39,7 +46,7 @@ class Meeting:
     shared: float
     """The share that two or more see."""
     interval: tuple[float, float]
-    """Interval of this share, 95 %."""
+    """Interval of this share, 95 %; the objects of one instant belong together."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +85,16 @@ def meetings(instants: int, vehicles: int, seed: int, folder: Path) -> Iterator[
         with console.progress(f"{near:g} to {far:g} m") as shown:
             make_data_set(recipe, root, on_progress=shown)
         found = json.loads((root / MEETINGS).read_text())
-        low, high = wilson_interval(sum(found["seen_by"][1:]), found["objects"])
+        low, high = _interval(ConnectedWorld(root))
         yield Meeting(spacing=(near, far), **found, interval=(round(low, 4), round(high, 4)))
+
+
+def _interval(world: ConnectedWorld) -> tuple[float, float]:
+    """Of the share of seen objects that two vehicles or more see; 0 to 1 where none is seen."""
+    seen = [(id, len(each.seen_by)) for id in world.ids() for each in world.instant(id).objects]
+    counted = [(id, vehicles > 1) for id, vehicles in seen if vehicles]
+    share = share_of([shared for _, shared in counted], [id for id, _ in counted])
+    return share.interval or (0.0, 1.0)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,14 +12,19 @@ from avsec_gym.agents.learner import has_batches, single
 from avsec_gym.agents.search import SearchBudget, best_constant, evolved, random_actions
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.metrics.interquartile_mean import interquartile_mean
+from avsec_gym.metrics.intervals import wilson_interval
 
 SCENES = {"scenarios": {"name": "layouts", "seed": 0, "count": 8}}
 
 
-def row(name: str, won: np.ndarray, kind: str = "baseline") -> ComparedAgent:
-    return ComparedAgent(
-        name, kind, Played(won, won - 0.04, np.ones(len(won), int), np.full(len(won), "left")), 5
-    )
+def row(
+    name: str, won: np.ndarray, kind: str = "baseline", scenes: np.ndarray | None = None
+) -> ComparedAgent:
+    """Each episode in a scene of its own, if no scenes are given."""
+    count = len(won)
+    of = np.arange(count).astype(str) if scenes is None else scenes
+    played = Played(won, won - 0.04, np.ones(count, int), np.full(count, "left"), of)
+    return ComparedAgent(name, kind, played, 5)
 
 
 def test_an_episode_is_the_same_alone_and_in_a_batch() -> None:
@@ -35,6 +40,9 @@ def test_an_episode_is_the_same_alone_and_in_a_batch() -> None:
         assert info["is_success"] == found.success[seed]
         assert total == pytest.approx(found.reward[seed])
         assert info["queries"] == found.steps[seed]
+        assert (info["scenario"], info["intention"]) == (
+            found.scenario[seed], found.intention[seed],
+        )  # fmt: skip
     alone = Arena("avsec/GhostObject-v0", SCENES)
     assert alone._one(lambda seen, ways: action[None], [2], 99).steps == found.steps[2]
 
@@ -79,6 +87,21 @@ def test_who_wins_is_said_by_the_paired_interval() -> None:
     assert facts["interquartile_mean"] == pytest.approx(float(interquartile_mean(blocks)))
     low, high = facts["interquartile_interval"]
     assert low <= facts["interquartile_mean"] <= high
+
+
+def test_episodes_of_one_scene_count_less() -> None:
+    """Ten scenes, each played six times and always with the same end, are ten cases."""
+    won, lost = np.repeat(np.arange(10) < 7, 6), np.zeros(60, bool)
+    ten, one = np.repeat(np.arange(10), 6).astype(str), np.full(60, "one")
+    agent, other = row("agent", won, "agent", ten), row("b", lost, scenes=ten)
+    assert agent.to_json()["success_interval"] == pytest.approx(wilson_interval(7, 10))
+    found = AgentComparison("x", [agent, other])
+    low, high = found.against_best(agent).interval or (0.0, 0.0)
+    assert high - low > 0.4
+    assert found.to_json()["against_best_baseline"][0]["mcnemar_p"] is None
+    agent, other = row("agent", won, "agent", one), row("b", lost, scenes=one)
+    answer = AgentComparison("x", [agent, other]).answer(agent)
+    assert answer.startswith("one scene does not tell agent and b apart: +70.0")
 
 
 @pytest.mark.slow

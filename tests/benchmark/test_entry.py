@@ -59,7 +59,7 @@ def test_a_planner(few: dict[str, FrozenSet], tmp_path: Path) -> None:
     }
     assert (
         found["safe_driving_rate_interval"]
-        == (SafetyRates.of(records, clustered=True).to_json()["safe_driving_rate_interval"])
+        == (SafetyRates.of(records).to_json()["safe_driving_rate_interval"])
     )
     # Made anew it is the same; gone on with, nothing is driven again.
     again = made("planner", "gbfs", tmp_path / "two")

@@ -15,6 +15,7 @@ import pytest
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import run
 from avsec_gym.kitti import write_detections, write_labels
+from avsec_gym.metrics.average_precision import average_precision
 
 DONE, BAD_DATA, BAD_USAGE, IN_PART = 0, 1, 2, 3
 ONE_OF_ELEVEN = round(100 / 11, 4)
@@ -179,6 +180,36 @@ def test_intervals_stand_beside_the_figures(
     assert any(other != others[0] for other in others)
     # No pedestrian to find: no interval.
     assert report["Pedestrian"]["3d"]["ap11_interval"] == [[None, None]] * 3
+
+
+def test_frames_of_one_drive_are_drawn_together(
+    kitti: Path, detections: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    usual = ("--kitti", kitti, "--detections", detections, "--resamples", 400)
+    alone = scored(capsys, *usual)["Car"]["3d"]["ap11_interval"]
+    mapping = kitti / "mapping"
+    mapping.mkdir()
+    (mapping / "train_rand.txt").write_text("1,2,3,4")
+    for drives, counted in ((("0001", "0001", "0002", "0002"), 2), (("0001",) * 4, 1)):
+        lines = [
+            f"2011_09_26 2011_09_26_drive_{drive}_sync {number:010d}"
+            for number, drive in enumerate(drives)
+        ]
+        (mapping / "train_mapping.txt").write_text("\n".join(lines))
+        assert ends("ap", *usual, "--json") == DONE
+        output = capsys.readouterr()
+        assert f"whole drives: the frames are of {counted}" in output.err
+        found = json.loads(output.out)["Car"]["3d"]["ap11_interval"]
+        if counted == 1:
+            assert found == [[None, None]] * 3
+            continue
+        found_boxes = [cars(0)] * 3 + [cars(1, score=0.99)]
+        result = average_precision(
+            [cars(0)] * 4, found_boxes, classes=["Car"], resamples=400, together=drives
+        )
+        assert result.interval is not None
+        assert found == pytest.approx(result.interval[0, 2, :, 0].round(4))
+        assert found != alone
 
 
 def test_the_lower_thresholds(

@@ -12,6 +12,7 @@ from avsec_gym.cli import run
 from avsec_gym.commands.judged_instants import summary
 from avsec_gym.drawing.connected_picture import draw_connected
 from avsec_gym.errors import DataError
+from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.connected.sources import connected_source
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from tests.validation.connected.conftest import pose_at, scan_of
@@ -20,9 +21,12 @@ from tests.validation.connected.opv2v.opv2v_sample import write_sample
 _CAR, _GHOST = (14.0, 3.0, 0.1), (15.0, -4.0, -0.2)
 
 
-def _row(alarm: bool, accused: list[int], outcome: str | None) -> dict[str, object]:
+def _row(
+    alarm: bool, accused: list[int], outcome: str | None, id: str = "000000"
+) -> dict[str, object]:
     attack = None if outcome is None else {"victim": 1, "kind": "ghost", "outcome": outcome}
     return {
+        "id": id,
         "alarm": alarm,
         "accused": accused,
         "attack": attack,
@@ -57,6 +61,16 @@ def test_the_summary_counts_what_was_detected_named_and_named_wrongly() -> None:
     assert found["seconds_of"] == {"claim": 0.2, "propose": 0.1}
     with pytest.raises(DataError, match="no instant"):
         summary([])
+
+
+def test_instants_of_one_drive_count_less() -> None:
+    found = [
+        summary([_row(part == 0, [], None, name.format(part, n)) for part in (0, 1) for n in "abc"])
+        for name in ("{0}{1}", "drive_{0}/{1}")
+    ]
+    intervals = [each["alarms"]["interval"] for each in found]
+    assert intervals == [pytest.approx(wilson_interval(3, 6)), pytest.approx(wilson_interval(1, 2))]
+    assert found[0]["alarms"]["rate"] == found[1]["alarms"]["rate"] == 0.5
 
 
 def test_a_folder_of_opv2v_is_judged_and_goes_on(

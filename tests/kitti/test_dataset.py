@@ -40,6 +40,7 @@ def test_what_is_not_there_is_named(object_root: Path) -> None:
         data.ids(having=["image_0"])
     with pytest.raises(DataError, match="mapping/"):
         data.raw_origin("000000")
+    assert data.drives_of(["000000"]) is None
     for id in ("3", "../000000", 3, "00000٣"):
         with pytest.raises(ConfigurationError):
             data.labels(id)  # type: ignore[arg-type]
@@ -119,3 +120,8 @@ def test_real_ids_and_origins(shared: Path) -> None:
     assert data.ids(having=["image_2", "image_3", "velodyne", "label_2"]) == ["000107"]
     assert len(data.ids("val")) == 3769
     assert data.raw_origin("000000").frame == 48
+    drives = data.drives_of(data.ids("val"))
+    assert drives is not None
+    assert drives[0] == data.raw_origin(data.ids("val")[0]).folder
+    assert 40 < len(set(drives)) < 100
+    assert data.drives_of(["000000", "009999"]) is None

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.metrics.clustered_shares import Share, share_of
+from avsec_gym.metrics.clustered_shares import (
+    Share,
+    difference_of_shares,
+    effective_interval,
+    share_of,
+    share_of_trainings,
+)
 from avsec_gym.metrics.intervals import wilson_interval
 
 
@@ -65,3 +71,51 @@ def test_a_share_of_nothing_is_none() -> None:
 def test_plain_counts_have_wilsons_interval() -> None:
     assert Share.of_counts(3, 8) == Share(3, 8, 3 / 8, wilson_interval(3, 8))
     assert Share.of_counts(0, 0) == Share(0, 0, None, None)
+
+
+def test_trainings_that_differ_widen_the_interval() -> None:
+    """By hand: the quantile of Student's t with two degrees of freedom is 4.3027."""
+    hits = np.zeros((3, 100), bool)
+    for row, count in zip(hits, (30, 47, 64), strict=True):
+        row[:count] = True
+    deviation = float(np.std([0.3, 0.47, 0.64], ddof=1)) / 3**0.5
+    found = share_of_trainings(hits)
+    low, high = share_of(hits.T, named(100)).interval or (0.0, 1.0)
+    rate = 0.47
+    assert found.rate == pytest.approx(rate)
+    assert found.interval == pytest.approx(
+        (
+            max(0.0, rate - np.hypot(rate - low, 4.3027 * deviation)),
+            min(1.0, rate + np.hypot(high - rate, 4.3027 * deviation)),
+        ),
+        abs=1e-4,
+    )
+    assert share_of_trainings(hits[:1]) == share_of(hits[:1].T, named(100))
+
+
+def test_intervals_of_trainings_hold_the_truth() -> None:
+    random, held = np.random.default_rng(3), 0
+    for _ in range(400):
+        rates = np.clip(random.normal(0.5, 0.1, 5), 0, 1)
+        low, high = share_of_trainings(random.random((5, 60)) < rates[:, None]).interval
+        held += low <= 0.5 <= high
+    # Student's t for the trainings and Wilson's for the situations together are cautious.
+    assert held >= 0.93 * 400
+
+
+def test_newcombes_examples() -> None:
+    """Table II of Newcombe (1998), method 10: rows (a), (c), (e) and (g)."""
+    for (hits, of), (others, out_of), expected in (
+        ((56, 70), (48, 80), (0.0524, 0.3339)),
+        ((9, 10), (3, 10), (0.1705, 0.8090)),
+        ((6, 7), (2, 7), (0.0582, 0.8062)),
+        ((5, 56), (0, 29), (-0.0381, 0.1926)),
+    ):
+        found = difference_of_shares(Share.of_counts(hits, of), Share.of_counts(others, out_of))
+        assert found.value == pytest.approx(hits / of - others / out_of)
+        assert found.interval == pytest.approx(expected, abs=1e-4)
+    assert difference_of_shares(Share.of_counts(1, 2), share_of([], [])).value is None
+
+
+def test_weighted_cases_count_as_many_as_they_are_worth() -> None:
+    assert effective_interval(0.25, 8.0) == wilson_interval(2, 8)

@@ -132,3 +132,22 @@ def test_p_values_are_corrected_for_all_rows_that_have_one() -> None:
     assert holm_p([pair, None, pair, thrice, pair]) == pytest.approx(
         [6 / 256, None, 6 / 256, None, 6 / 256]
     )
+
+
+def test_drives_are_drawn_whole() -> None:
+    """Ten drives of twelve alike scenarios each are as sure of a difference as ten scenarios."""
+    first, second = [SAFE] * 10, [SAFE] * 6 + [UNPLANNED] * 4
+    each = paired_differences(records(first), records(second))
+    repeated = [records(np.repeat(outcomes, 12).tolist()) for outcomes in (first, second)]
+    by_drive = paired_differences(*repeated, cluster=lambda one: str(int(one.scenario) // 12))
+    by_scenario = paired_differences(*repeated)
+    assert each is not None
+    assert by_drive is not None
+    assert by_scenario is not None
+    assert by_drive.safe_driving_rate.interval == pytest.approx(each.safe_driving_rate.interval)
+    assert (by_drive.scenarios, by_drive.mcnemar_p) == (120, None)
+    narrow, wide = (np.diff(found.safe_driving_rate.interval) for found in (by_scenario, by_drive))
+    assert wide > 2.5 * narrow
+    alone = paired_differences(*repeated, cluster=lambda one: "")
+    assert alone is not None
+    assert alone.safe_driving_rate == Estimate(pytest.approx(-0.4), None)

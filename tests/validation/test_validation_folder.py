@@ -12,6 +12,7 @@ import pytest
 
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
@@ -150,3 +151,11 @@ def test_a_likelihood_names_one_of_three_sensors() -> None:
     named = row(True, [3], [3], sensors=3)
     found = summary({"a": named, "b": {**named, "probabilities": {"3": 1.0}}})
     assert (found["attacks_named"]["count"], found["attacks_named"]["of"]) == (1, 1)
+
+
+def test_frames_of_one_drive_count_less() -> None:
+    rows = {f"{drive}/{n}": row(drive == "a", [], []) for drive in "ab" for n in range(10)}
+    apart, together = summary(rows), summary(rows, {id: id[0] for id in rows})
+    assert apart["alarms_as_recorded"]["interval"] == pytest.approx(wilson_interval(10, 20))
+    assert together["alarms_as_recorded"]["interval"] == pytest.approx(wilson_interval(1, 2))
+    assert together["alarms_as_recorded"]["rate"] == apart["alarms_as_recorded"]["rate"] == 0.5

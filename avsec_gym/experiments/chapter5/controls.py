@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from avsec_gym.experiments.chapter5.losses import Sampled, precision, safety
+from avsec_gym.experiments.chapter5.losses import precision, safety
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import (
     NOISES,
@@ -21,8 +22,9 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.estimate import NOTHING, Estimate
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.cluster_bootstrap import Sampled
+from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.scenario.intention import Intention
 
 _ROUNDING = 1e-3
@@ -165,9 +167,9 @@ def _control_row(outcomes: Outcomes, condition: Condition, values: _Values) -> C
     """Of one condition; None where nothing was measured."""
     filed = _filed(outcomes, condition)
     towards_ghosts = any((name, condition.strength, "ghost_loss") in values for name in filed)
-    pairs: list[tuple[float, float]] = []
+    pairs: list[tuple[str, float, float]] = []
     changes: list[float] = []
-    seen: list[float] = []
+    seen: list[tuple[str, float]] = []
     for name in filed:
         key = (name, condition.strength)
         # 1. The loss that the attack is about, before and after, where both were measured.
@@ -177,17 +179,17 @@ def _control_row(outcomes: Outcomes, condition: Condition, values: _Values) -> C
             clean = setting(condition.detector, UNATTACKED)
             before, after = values[clean, 0.0, "loss"], values[*key, "loss"]
         pairs += [
-            (before[scenario], after[scenario])
+            (scenario, before[scenario], after[scenario])
             for scenario in outcomes.scenarios
             if before.get(scenario) is not None and after.get(scenario) is not None
         ]
         # 2. The largest change of a pixel, and whether a patch's ghost was seen.
-        for found, what in ((changes, "change"), (seen, "ghost_seen")):
-            known = values[*key, what]
-            found += [known[scenario] for scenario in outcomes.scenarios if scenario in known]
+        largest, ghosts = values[*key, "change"], values[*key, "ghost_seen"]
+        changes += [largest[scenario] for scenario in outcomes.scenarios if scenario in largest]
+        seen += [(each, ghosts[each]) for each in outcomes.scenarios if each in ghosts]
     if not pairs and not seen:
         return None
-    losses = np.array(pairs, float).reshape(-1, 2)
+    losses = np.array([pair[1:] for pair in pairs], float).reshape(-1, 2)
     moved = losses[:, 1] < losses[:, 0] if towards_ghosts else losses[:, 1] > losses[:, 0]
     budget = _budget(condition)
     return ControlRow(
@@ -197,11 +199,11 @@ def _control_row(outcomes: Outcomes, condition: Condition, values: _Values) -> C
         aim=_aim(condition, towards_ghosts) if pairs else None,
         loss_before=_median(losses[:, 0]),
         loss_after=_median(losses[:, 1]),
-        share_moved=_share(moved.tolist()),
+        share_moved=_share(moved, [pair[0] for pair in pairs]),
         largest_change=max(changes),
         budget=budget,
         within_budget=budget is None or max(changes) <= budget + _ROUNDING,
-        ghosts_seen=_share(seen),
+        ghosts_seen=_share([value for _, value in seen], [scenario for scenario, _ in seen]),
     )
 
 
@@ -209,12 +211,9 @@ def _median(values: Floats) -> float | None:
     return float(np.median(values)) if len(values) else None
 
 
-def _share(flags: Sequence[float]) -> Estimate:
-    """The share of ones, with Wilson's interval."""
-    if not flags:
-        return NOTHING
-    count = int(sum(flags))
-    return Estimate(count / len(flags), list(wilson_interval(count, len(flags))))
+def _share(flags: ArrayLike, scenarios: Sequence[str]) -> Estimate:
+    """The share of ones; looks at one scenario, such as for each intention, are a cluster."""
+    return share_of(flags, scenarios).estimate
 
 
 def _aim(condition: Condition, ghosts: bool) -> str | None:

@@ -10,13 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from scipy.stats import rankdata
-
 from avsec_gym.experiments.chapter5.losses import (
     Losses,
     LossRow,
-    Sampled,
     losses,
     precision,
     safety,
@@ -24,7 +20,7 @@ from avsec_gym.experiments.chapter5.losses import (
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.pairs_of_attacks import DiscordantPairs, discordant_pairs
 from avsec_gym.experiments.chapter5.settings import UNATTACKED
-from avsec_gym.geometry import Floats
+from avsec_gym.metrics.cluster_bootstrap import sampled_rank_correlation
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.paired import PairedRates, paired_differences
 
@@ -63,7 +59,8 @@ class RankCorrelation:
 
     Args:
         attacks: Number of attacks.
-        rho: The correlation; None: there is none, see `spearman`.
+        rho: The correlation; None: there is none, see
+            `sampled_rank_correlation`.
         interval: The correlation's 95 % interval.
     """
 
@@ -129,26 +126,10 @@ def rank_correlation(attacks: Sequence[Losses]) -> RankCorrelation:
     Each sample draws scenarios, and takes both losses of every attack from the same draw; the
     interval is widened to hold the figure itself.
     """
-    rho = spearman([(attack.precision, attack.safety) for attack in attacks])
+    rho = sampled_rank_correlation([(attack.precision, attack.safety) for attack in attacks])
     if rho is None:
         return RankCorrelation(len(attacks), None, None)
     return RankCorrelation(len(attacks), rho.value, rho.interval_around)
-
-
-def spearman(pairs: Sequence[tuple[Sampled, Sampled]]) -> Sampled | None:
-    """The rank correlation of two figures of several things, in each sample.
-
-    Args:
-        pairs: The two figures of each thing.
-
-    Returns:
-        The correlation; None for fewer than three things, or where one figure never varies.
-    """
-    if len(pairs) < 3:
-        return None
-    drawn = np.array([[figure.samples for figure in pair] for pair in pairs])  # (things, 2, R)
-    rho = float(_spearman(np.array([[[figure.value] for figure in pair] for pair in pairs]))[0])
-    return Sampled(rho, _spearman(drawn)) if np.isfinite(rho) else None
 
 
 def _attack_row(outcomes: Outcomes, attack: Losses) -> AttackRow:
@@ -157,11 +138,3 @@ def _attack_row(outcomes: Outcomes, attack: Losses) -> AttackRow:
     )
     losses = (attack.precision.estimate, attack.safety.estimate)
     return AttackRow(attack.condition, *losses, attack.counts, paired_differences(clean, attacked))
-
-
-def _spearman(pairs: Floats) -> Floats:
-    """Of pairs of shape (n, 2, R), shape (R,); NaN where one of the two does not vary."""
-    ranks = rankdata(pairs, axis=0) - (len(pairs) + 1) / 2
-    spread = np.sqrt((ranks**2).sum(axis=0))
-    with np.errstate(invalid="ignore"):
-        return np.asarray((ranks[:, 0] * ranks[:, 1]).sum(axis=0) / (spread[0] * spread[1]))

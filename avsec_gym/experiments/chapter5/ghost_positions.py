@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats, project
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, Sampled
 from avsec_gym.metrics.estimate import Estimate
 
 LANE_WIDTH = 3.5
@@ -28,6 +30,8 @@ FARTHEST = 40.0
 """Metres ahead up to which ghosts and ground count; detectors look little further."""
 _CELL = 0.5
 """Metres; side of the squares by which visible ground is measured."""
+_NAMES = ("share_on_road", "chance", "ratio", "share_in_lanes")
+"""Figures of `GhostSummary` that have intervals."""
 
 
 class GhostPlace(StrEnum):
@@ -260,13 +264,11 @@ def ghost_summary(
         [table[:, 0] * (area > 0), known, expected * known, table[:, 2] * (area > 0)]
     )
     # 2. Shares of all frames, and of bootstrap samples of frames.
-    observed = _shares(sums.sum(axis=0)[None])
-    sums = sums if len(sums) else np.zeros((1, 4))
-    even = np.full(len(sums), 1 / len(sums))
-    drawn = _shares(np.random.default_rng(seed).multinomial(len(sums), even, resamples) @ sums)
+    frames_drawn = ClusterBootstrap(len(sums), resamples, seed)
     several = bool((known > 0).sum() > 1)
     shares = {
-        name: _estimate(float(value[0]), drawn[name], several) for name, value in observed.items()
+        name: _estimate(frames_drawn.statistic(partial(_share, name, sums)), several)
+        for name in _NAMES
     }
     return GhostSummary(
         frames=len(frames),
@@ -288,27 +290,19 @@ def ghost_summary(
     )
 
 
-def _estimate(value: float, drawn: Floats, several: bool) -> Estimate:
+def _estimate(share: Sampled, several: bool) -> Estimate:
     """A share with the interval of its samples, if they are of several frames."""
-    finite = drawn[np.isfinite(drawn)]
-    enough = len(finite) > 0 and several
-    return Estimate(
-        value if np.isfinite(value) else None,
-        [float(q) for q in np.quantile(finite, (0.025, 0.975))] if enough else None,
-    )
+    return share.estimate if several else Estimate(share.estimate.value)
 
 
-def _shares(sums: Floats) -> dict[str, Floats]:
-    on_road, known, expected, in_lanes = sums.T.astype(float)
+def _share(name: str, sums: Floats, weights: NDArray[np.int64]) -> Floats:
+    """One of `_NAMES`, of sets in which frames count so often, shape (K, frames)."""
+    on_road, known, expected, in_lanes = (weights @ sums).T
     with np.errstate(invalid="ignore", divide="ignore"):
         share, chance = on_road / known, expected / known
         ratio = (share / (1 - share)) / (chance / (1 - chance))
-        return {
-            "share_on_road": share,
-            "chance": chance,
-            "ratio": ratio,
-            "share_in_lanes": in_lanes / known,
-        }
+        found = dict(zip(_NAMES, (share, chance, ratio, in_lanes / known), strict=True))
+    return np.asarray(found[name])
 
 
 def _area(x: Floats, depth: Floats) -> float:

@@ -7,7 +7,6 @@ correlations of them have intervals, too.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 
@@ -25,67 +24,14 @@ from avsec_gym.experiments.chapter5.settings import (
 )
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, STANDARD_IOU, MinIou
-from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.average_precision_frames import LEVELS
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, Sampled
 from avsec_gym.metrics.estimate import Estimate
 
 _PLACE = (0, METRICS.index("3d"), LEVELS.index("moderate"))
 _AP11 = 0
-_LOW_AND_HIGH = (0.025, 0.975)
 TRUE_ATTACKS = PERTURBATIONS + PATCHES + JOINT_PATCHES
 """Controls, and attacks on changed scenes, are no attacks to compare."""
-
-
-@dataclass(frozen=True, eq=False)
-class Sampled:
-    """A figure, and its values in bootstrap samples of scenarios, which all figures share.
-
-    Args:
-        value: The figure.
-        samples: The value in each sample, shape (R,); NaN where a sample has nothing to measure.
-    """
-
-    value: float
-    samples: Floats
-
-    def __sub__(self, other: Sampled) -> Sampled:
-        return Sampled(self.value - other.value, self.samples - other.samples)
-
-    @property
-    def estimate(self) -> Estimate:
-        """The figure with its interval."""
-        return Estimate(self.value, self.interval)
-
-    @property
-    def interval(self) -> list[float] | None:
-        """95 %, low and high."""
-        known = self.samples[np.isfinite(self.samples)]
-        return [float(q) for q in np.quantile(known, _LOW_AND_HIGH)] if len(known) else None
-
-    @property
-    def p(self) -> float:
-        """Two-sided p-value of the figure's being zero.
-
-        By the normal distribution, with the spread of the samples: of a thousand draws none is
-        below 0.001 otherwise, and corrections for many comparisons need smaller ones.  NaN where
-        fewer than two samples are known.
-        """
-        known = self.samples[np.isfinite(self.samples)]
-        if len(known) < 2 or not np.isfinite(self.value):
-            return np.nan
-        spread = float(known.std(ddof=1))
-        if spread == 0:
-            return 1.0 if self.value == 0 else 0.0
-        return 2 * NormalDist().cdf(-abs(self.value) / spread)
-
-    @property
-    def interval_around(self) -> list[float] | None:
-        """`interval`, widened to hold the figure itself.
-
-        Drawing adds noise, which lowers correlations: one near 1 may lie above nearly all draws.
-        """
-        interval = self.interval
-        return interval and [min(interval[0], self.value), max(interval[1], self.value)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,11 +98,8 @@ def precision(outcomes: Outcomes, condition: Condition, min_iou: MinIou = STANDA
 
 def safety(outcomes: Outcomes, condition: Condition) -> Sampled:
     """Safe driving rate over all intentions, percent, in the same samples as `precision`."""
-    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
     safe, episodes = safe_by_scenario(outcomes.records(condition), outcomes.scenarios).T
-    return Sampled(
-        100 * float(safe.sum() / episodes.sum()), 100 * (samples @ safe) / (samples @ episodes)
-    )
+    return ClusterBootstrap(len(outcomes.scenarios), RESAMPLES).ratio(safe, episodes).scaled(100)
 
 
 def _samples(drawn: Floats | None) -> Floats:

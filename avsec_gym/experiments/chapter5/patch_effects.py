@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
@@ -17,9 +16,9 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.experiments.json_rows import keyed
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import mean_over_clusters
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.estimate import NOTHING, Estimate
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.scenario.intention import Intention
 
 
@@ -54,7 +53,7 @@ def patch_effect_rows(outcomes: Outcomes) -> list[PatchEffectRow]:
         A row for each condition with a patch whose detector was run unattacked, too.  Episodes of
         one scenario share its scene, and a random patch, so that intervals are by bootstrap over
         scenarios; where no episode counts or all do, which resamples cannot doubt, they are
-        Wilson's, of as many cases as there are scenarios.
+        those of `share_of`, of about as many cases as there are scenarios.
     """
     patched = PATCHES + JOINT_PATCHES + GREY_PATCHES
     rows = (
@@ -108,10 +107,6 @@ def _share(flags: NDArray[np.bool_], scenarios: NDArray[np.str_]) -> Estimate:
     """
     if not len(flags):
         return NOTHING
-    _, row = np.unique(scenarios, return_inverse=True)
-    hits, cases = np.bincount(row, flags), np.bincount(row)
-    share = float(flags.mean())
-    if 0 < share < 1:
-        samples = draw_resamples(len(cases), RESAMPLES, 0)
-        return Sampled(share, (samples @ hits) / (samples @ cases)).estimate
-    return Estimate(share, list(wilson_interval(int(share) * len(cases), len(cases))))
+    if 0 < flags.mean() < 1:
+        return mean_over_clusters(flags, scenarios.tolist(), resamples=RESAMPLES).estimate
+    return share_of(flags, scenarios.tolist()).estimate

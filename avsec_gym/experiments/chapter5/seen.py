@@ -12,12 +12,11 @@ from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor, 
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap
 from avsec_gym.metrics.estimate import Estimate
 
 MIN_OVERLAP = 0.5
 """Intersection over union from above with which a car counts as found."""
-_LOW_AND_HIGH = (0.025, 0.975)
 
 
 @dataclass(frozen=True)
@@ -48,15 +47,15 @@ def seen_rows(outcomes: Outcomes, threshold: float) -> list[SeenRow]:
         threshold: The least score of a detection that is planned on; others do not count.
     """
     rows = []
-    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
+    drawn = ClusterBootstrap(len(outcomes.scenarios), RESAMPLES)
     for condition in outcomes.strongest:
         found, cars, within, beside, looks = _counts(outcomes, condition, threshold).T
         rows.append(
             SeenRow(
                 condition,
-                cars_found=_ratio(found, cars, samples),
-                ghosts_in_lanes=_ratio(within, looks, samples),
-                ghosts_beside=_ratio(beside, looks, samples),
+                cars_found=drawn.ratio(found, cars).estimate,
+                ghosts_in_lanes=drawn.ratio(within, looks).estimate,
+                ghosts_beside=drawn.ratio(beside, looks).estimate,
             )
         )
     return rows
@@ -82,17 +81,6 @@ def _counts(outcomes: Outcomes, condition: Condition, threshold: float) -> Float
             for scenario, boxes in zip(outcomes.scenarios, seen, strict=True)
         ]
     return total
-
-
-def _ratio(part: Floats, whole: Floats, samples: NDArray[np.int64]) -> Estimate:
-    """The ratio of two sums over scenarios, shape (S,) each, and of those of each sample."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        value, drawn = part.sum() / whole.sum(), (samples @ part) / (samples @ whole)
-    drawn = drawn[np.isfinite(drawn)]
-    return Estimate(
-        float(value) if np.isfinite(value) else None,
-        [float(q) for q in np.quantile(drawn, _LOW_AND_HIGH)] if len(drawn) else None,
-    )
 
 
 def _count(detections: Boxes3D, truth: Boxes3D) -> tuple[int, int, int, int, int]:

@@ -129,7 +129,8 @@ def _rate_table(rows: Sequence[DemoRow]) -> Table:
         ["detector", "attack", "success, %", "collision, %", "safe driving, %", "AP at 0.7",
          "AP at 0.5"],
         lines,
-        "In brackets: 95 % Wilson intervals. AP: KITTI’s average precision of cars in 3D, moderate,"
+        "In brackets: 95 % intervals, Wilson’s, widened by what the episodes of one scene share."
+        " AP: KITTI’s average precision of cars in 3D, moderate,"
         f" 11 recall points, by the overlap that is asked for.{ceiling} So few scenes show what"
         " attacks do, not how often: `avsec run chapter5` measures that.",
         names=2,

@@ -14,6 +14,7 @@ from avsec_gym.experiments.chapter5.controls import (
 )
 from avsec_gym.experiments.chapter5.losses import precision
 from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.metrics.intervals import wilson_interval
 
 CLEAN, PGD = Condition("dsgn"), Condition("dsgn", "thesis_pgd-0.4", 4.0)
 PATCH, GREY = Condition("dsgn", "patch-random"), Condition("dsgn", "grey-random")
@@ -96,3 +97,16 @@ def test_rounding_is_a_paired_difference(made: ModuleType) -> None:
     assert row.safety_difference.value == pytest.approx(20)
     assert row.precision_difference.value == pytest.approx(row.precision_8_bit)
     assert row.precision_float == 0
+
+
+def test_looks_at_one_scenario_are_a_cluster(made: ModuleType) -> None:
+    """A specific patch whose ghost is seen for all intentions of a scenario, or for none."""
+    results = made.MadeResults()
+    results.add(Condition("dsgn", "patch-specific"), NAMES)
+    for way in ("left", "straight", "right"):
+        filed = Condition("dsgn", f"patch-specific-{way}")
+        results.measure(filed, "change", dict.fromkeys(NAMES, 200.0))
+        seen = dict(zip(NAMES, [1.0, 1.0, 0.0, 1.0, 0.0], strict=True))
+        results.measure(filed, "ghost_seen", seen)
+    (row,) = control_rows(made.outcomes(results, NAMES))
+    assert row.ghosts_seen.interval == pytest.approx(wilson_interval(3, 5))

@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter5.decoupling import RankCorrelation, decouplin
 from avsec_gym.experiments.chapter5.losses import losses, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.metrics.average_precision import average_precision
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 
 CLEAN = Condition("dsgn")
 ATTACKS = tuple(

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from avsec_gym.experiments.chapter5.losses import Losses, Sampled
+from avsec_gym.experiments.chapter5.losses import Losses
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.pairs_of_attacks import discordant_pairs
+from avsec_gym.metrics.cluster_bootstrap import Sampled
 
 
 def attacks(precision: Sequence[float], safety: Sequence[float], spread: float) -> list[Losses]:

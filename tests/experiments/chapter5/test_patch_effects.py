@@ -40,7 +40,7 @@ def test_drives_of_one_scenario_are_no_independent_cases(made: ModuleType) -> No
     low, high = row.seen.interval
     # Of 40 looks, not of 120 episodes, whose interval would be 0.18 wide.
     assert high - low == pytest.approx(2 * 1.96 * (0.25 / 40) ** 0.5, rel=0.1)
-    assert row.unsafe_seen.interval == list(wilson_interval(0, 20))
+    assert row.unsafe_seen.interval == pytest.approx(wilson_interval(0, 20))
 
 
 def test_a_specific_patch_counts_for_its_own_intention(made: ModuleType) -> None:

@@ -5,14 +5,21 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from studies.perception.classifier_accuracy import counted, main
+from avsec_gym.experiments.json_rows import row_of
+from avsec_gym.metrics.intervals import wilson_interval
+from studies.perception.classifier_accuracy import ClassifierAccuracy, counted, main
+from studies.perception.page_classifiers import classifiers
+
+STORED = Path(__file__).parents[3] / "studies/results"
 
 
 def test_counts_and_interval() -> None:
     # The thesis' 524 of 533; the interval by hand: (p + z²/2n ± z sqrt(...)) / (1 + z²/n).
-    result = counted([True] * 500 + [False] * 33, [True] * 491 + [False] * 42)
+    truth, said = [True] * 500 + [False] * 33, [True] * 491 + [False] * 42
+    result = counted(truth, said, list(map(str, range(533))))
     assert result.cases == 533
     assert result.accuracy == pytest.approx(524 / 533)
     assert result.interval == pytest.approx([0.9682, 0.9911], abs=2e-4)
@@ -22,7 +29,26 @@ def test_counts_and_interval() -> None:
         "yes_said_no": 9,
         "yes_said_yes": 491,
     }
-    assert counted([], []).accuracy is None
+    assert counted([], [], []).accuracy is None
+
+
+def test_objects_of_one_scene_count_less() -> None:
+    """Ten scenes of eight objects that are all right or all wrong say as much as ten objects."""
+    right = np.repeat(np.arange(10) < 8, 8)
+    found = counted([True] * 80, right.tolist(), np.repeat(np.arange(10), 8).astype(str).tolist())
+    assert found.interval == pytest.approx(wilson_interval(8, 10))
+
+
+def test_the_page_states_what_the_intervals_know() -> None:
+    """Those of earlier results do not know scenes, and have no number of them."""
+    stored = json.loads((STORED / "classifiers.json").read_text())
+    stored["motion"]["world"]["with_neighbour"].pop("clusters", None)
+    earlier = "\n".join(classifiers(row_of(ClassifierAccuracy, stored)))
+    stored["motion"]["world"]["with_neighbour"]["clusters"] = 108
+    later = "\n".join(classifiers(row_of(ClassifierAccuracy, stored)))
+    assert "take objects for independent" in earlier
+    assert "take objects for independent" not in later
+    assert "widened by what the objects of one scene share" in later
 
 
 def test_nothing_to_judge_is_an_error() -> None:

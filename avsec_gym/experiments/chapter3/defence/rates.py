@@ -112,8 +112,8 @@ def defence_rows(results: Results) -> list[DefenceRow]:
     """For each detector, attack and response what the defence is worth.
 
     Returns:
-        Rows, `NO_ATTACK` first and `ANY_ATTACK` last, of each attack `UNDEFENDED` first. Shares
-        are of clusters: the drives that were recorded.
+        Rows, `NO_ATTACK` first and `ANY_ATTACK` last, of each attack `UNDEFENDED` first. All
+        intervals are of clusters: the drives that were recorded.
     """
     found: dict[tuple[str, str], dict[str, list[SafetyRecord]]] = {}
     for setting, _ in results.settings():
@@ -134,7 +134,7 @@ def defence_rows(results: Results) -> list[DefenceRow]:
                     for case in together
                     for pair in zip(own[case][UNDEFENDED], own[case][response], strict=True)
                 ]
-                rates = SafetyRates.of(now for _, now in pairs)
+                rates = SafetyRates.of((now for _, now in pairs), _drive)
                 worth = None if response == UNDEFENDED else _worth(pairs, clean)
                 rows.append(DefenceRow(detector, name, str(response), rates, worth))
     return rows
@@ -217,8 +217,14 @@ def _worth(
         ),
         given_up=_share((id, not now.planned) for id, was, now in were if was.safe),
         stopped=_share((id, now.reason == STOPPED) for id, now in frames),
-        paired=paired_differences([was for was, _ in pairs], [now for _, now in pairs]),
+        paired=paired_differences(
+            [was for was, _ in pairs], [now for _, now in pairs], cluster=_drive
+        ),
     )
+
+
+def _drive(record: SafetyRecord) -> str:
+    return drive_of(record.scenario)
 
 
 def _key(record: SafetyRecord) -> EpisodeKey:

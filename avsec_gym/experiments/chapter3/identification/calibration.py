@@ -10,8 +10,7 @@ import numpy as np
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.clustered_shares import Share, share_of
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import Share, effective_interval, share_of
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import (
@@ -148,7 +147,7 @@ def _of_probabilities(
             ReliabilityPoint(
                 predicted=mean,
                 observed=share,
-                interval=list(wilson_interval(share * independent, independent)),
+                interval=list(effective_interval(share, independent)),
                 sensors=weight / np.nansum(rows[:, 2]),
             )
             for mean, share, weight, independent in filled.tolist()

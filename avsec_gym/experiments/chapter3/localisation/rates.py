@@ -11,9 +11,8 @@ import numpy as np
 from avsec_gym.experiments.chapter3.localisation.measures import CAR, attacks_of
 from avsec_gym.experiments.chapter3.localisation.repaired_frames import LOCALISATION_OPTIONS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import mean_over_clusters
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.recordings import drive_of
@@ -154,9 +153,5 @@ def _mean(values: Mapping[str, float]) -> float | None:
 
 def _interval(values: Mapping[str, float]) -> list[float] | None:
     """Of the mean of values by frame, those of one drive drawn together."""
-    _, drive = np.unique([drive_of(id) for id in values], return_inverse=True)
-    sums, counts = np.bincount(drive, [*values.values()]), np.bincount(drive)
-    if len(counts) < 2:
-        return None
-    samples = draw_resamples(len(counts), RESAMPLES, 0)
-    return Sampled(float(sums.sum() / counts.sum()), (samples @ sums) / (samples @ counts)).interval
+    drives = [drive_of(id) for id in values]
+    return mean_over_clusters([*values.values()], drives, resamples=RESAMPLES).interval

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.losses import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision import METRICS, average_precision
 from avsec_gym.metrics.average_precision_frames import LEVELS
+from avsec_gym.metrics.cluster_bootstrap import Sampled
 from avsec_gym.validation.recordings import drive_of
 
 Precisions = dict[str, Sampled]
@@ -35,23 +33,18 @@ def car_precision(
         metric: The metric, one of `METRICS`.
         least_iou: The IoU that a match exceeds.
     """
-    drives = [drive_of(id) for id in frames]
     result = average_precision(
         [truth[id] for id in frames],
         [found[id] for id in frames],
         classes=["Car"],
         min_iou={"Car": (least_iou, least_iou, least_iou)},
         resamples=RESAMPLES,
-        together=drives,
+        together=[drive_of(id) for id in frames],
     )
     place, drawn = METRICS.index(metric), result.drawn
     assert drawn is not None, "samples were asked for"
-    alone = len(set(drives)) == 1
     return {
-        level: Sampled(
-            float(result.ap11[0, place, column]),
-            np.full(RESAMPLES, np.nan) if alone else drawn[0, place, column, :, 0],
-        )
+        level: Sampled(float(result.ap11[0, place, column]), drawn[0, place, column, :, 0])
         for column, level in enumerate(LEVELS)
     }
 

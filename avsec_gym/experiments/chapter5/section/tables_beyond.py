@@ -149,7 +149,8 @@ def control_table(rows: Sequence[ControlRow]) -> Table:
         "A perturbation is to raise the loss against the truth, a patch to lower that towards its"
         " ghosts b*; controls should do neither as much. Grey levels. A patch may change anything"
         " inside its disc; its ghost is seen where the planner gets a box that meets it on the"
-        " ground, as a real object at the same place may. In brackets: 95 % Wilson intervals.",
+        " ground, as a real object at the same place may. In brackets: 95 % intervals, Wilson’s,"
+        " of a specific attack widened by what looks at one scene share.",
         names=2,
     )  # fmt: skip
 

@@ -215,7 +215,8 @@ def _placement_table(rows: Sequence[PlacementRow], attack: str) -> Table | None:
         "Table 5.5: the random patch by where it stands, %",
         ["rate", *(_GROUPS[group] for _, group in columns)],
         lines,
-        f"The three intentions together. {_NOTE}",
+        "The three intentions together. In brackets: 95 % intervals, Wilson’s, widened by what the"
+        " episodes of one scene share. In italics: the thesis.",
         _detector_groups([(detector, "", 0) for detector, _ in columns], 1),
     )
 

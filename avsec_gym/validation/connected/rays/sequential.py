@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.clustered_shares import Share, share_of
 
 
 @dataclass(frozen=True)
@@ -70,37 +70,25 @@ class SequentialTest:
         return int(over[0]) if len(over) else None
 
 
-@dataclass(frozen=True)
-class WindowFalseAlarms:
-    """Alarms in attack-free windows.
-
-    Args:
-        alarms: Windows with an alarm.
-        windows: All windows.
-    """
-
-    alarms: int
-    windows: int
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Rate of windows with an alarm, 95 % by Wilson."""
-        return wilson_interval(self.alarms, self.windows)
-
-
 def windows(scores: Sequence[float] | Floats, frames: int) -> list[Floats]:
     """The windows of so many successive frames that do not overlap; a rest is left out."""
     whole = np.asarray(scores, np.float64)
     return [whole[i : i + frames] for i in range(0, len(whole) - frames + 1, frames)]
 
 
-def count_false_alarms(test: SequentialTest, attack_free: Sequence[Floats]) -> WindowFalseAlarms:
+def count_false_alarms(
+    test: SequentialTest, attack_free: Sequence[Floats], drives: Sequence[str] | None = None
+) -> Share:
     """How many attack-free windows alarm.
 
-    Windows of one drive are no independent cases: errors of poses last for seconds.
+    Args:
+        test: The test.
+        attack_free: Scores of each frame of windows without an attack.
+        drives: The drive of each window: windows of one drive are no independent cases, since
+            errors of poses last for seconds.  None: each is of a drive of its own.
     """
-    alarms = sum(test.alarm(scores) is not None for scores in attack_free)
-    return WindowFalseAlarms(alarms, len(attack_free))
+    alarms = [test.alarm(scores) is not None for scores in attack_free]
+    return share_of(alarms, list(map(str, range(len(alarms)))) if drives is None else drives)
 
 
 def fit_limit(

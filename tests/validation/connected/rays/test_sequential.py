@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.connected.rays.sequential import (
     SequentialTest as PageTest,
 )
@@ -37,19 +38,28 @@ def test_the_limit_of_a_rate_lets_so_many_windows_alarm() -> None:
     rng = np.random.default_rng(0)
     fitted_on = windows(rng.normal(-0.5, 1.0, 40_000), 10)
     page = fit_limit(fitted_on, rate=0.01)
-    assert count_false_alarms(page, fitted_on).alarms == 40
+    assert count_false_alarms(page, fitted_on).count == 40
     judged = count_false_alarms(page, windows(rng.normal(-0.5, 1.0, 40_000), 10))
-    assert judged.alarms / judged.windows == pytest.approx(0.01, abs=0.006)
+    assert judged.rate == pytest.approx(0.01, abs=0.006)
     low, high = judged.interval
-    assert low < judged.alarms / judged.windows < high
+    assert low < judged.rate < high
     # An attack of one standard deviation in every frame is found in nearly every window.
     attacked = windows(rng.normal(1.0, 1.0, 10_000), 10)
-    assert count_false_alarms(page, attacked).alarms > 900
+    assert count_false_alarms(page, attacked).count > 900
 
 
 def test_no_window_alarms_at_the_rate_zero() -> None:
     attack_free = windows(np.random.default_rng(2).normal(0, 1, 500), 10)
-    assert count_false_alarms(fit_limit(attack_free, 0.0), attack_free).alarms == 0
+    assert count_false_alarms(fit_limit(attack_free, 0.0), attack_free).count == 0
+
+
+def test_windows_of_one_drive_count_less() -> None:
+    quiet, loud = [np.full(10, -1.0)] * 10, [np.full(10, 5.0)] * 10
+    of_two_drives = count_false_alarms(PageTest(), [*quiet, *loud], ["a"] * 10 + ["b"] * 10)
+    apart = count_false_alarms(PageTest(), [*quiet, *loud])
+    assert of_two_drives.rate == apart.rate == 0.5
+    assert of_two_drives.interval == pytest.approx(wilson_interval(1, 2))
+    assert apart.interval == pytest.approx(wilson_interval(10, 20))
 
 
 def test_what_is_no_test_is_refused() -> None:
