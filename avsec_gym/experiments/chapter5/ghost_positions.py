@@ -94,18 +94,21 @@ def iou_from_above(boxes: Boxes3D, others: Boxes3D) -> Floats:
     return rectangle_iou(one, other)
 
 
-def in_corridor(boxes: Boxes3D, half_width: float = CORRIDOR) -> NDArray[np.bool_]:
+def in_corridor(
+    boxes: Boxes3D, half_width: float = CORRIDOR, middle: float = 0.0
+) -> NDArray[np.bool_]:
     """Whether footprints reach into the lanes that are driven on straight ahead, shape (N,).
 
     Args:
         boxes: The boxes in the camera frame.
         half_width: Half the width of the corridor, metres.
+        middle: Metres to the left of the camera at which the corridor's middle lies.
     """
     poses = boxes.poses
     sideways = (
         np.abs(np.sin(poses[:, 2])) * boxes.length + np.abs(np.cos(poses[:, 2])) * boxes.width
     )
-    return np.asarray(np.abs(poses[:, 1]) - sideways / 2 < half_width)
+    return np.asarray(np.abs(poses[:, 1] - middle) - sideways / 2 < half_width)
 
 
 def places(boxes: Boxes3D, view: RoadView, calibration: Calibration) -> list[GhostPlace]:
