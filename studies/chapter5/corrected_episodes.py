@@ -14,7 +14,6 @@ from functools import partial
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts, iou_from_above
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import (
     JOINT_PATCHES,
@@ -27,6 +26,7 @@ from avsec_gym.experiments.chapter5.settings import (
 from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.ghosts import SAME, ghosts, iou_from_above
 from avsec_gym.metrics.intervals import mcnemar_p
 from avsec_gym.metrics.many_comparisons import holm_adjusted
 from avsec_gym.metrics.paired import paired_differences
@@ -39,8 +39,6 @@ from studies.chapter5.ghost_lanes import GhostLane, ghost_lanes
 from studies.chapter5.known_motion import with_known_motion
 from studies.chapter5.planned_anew import Change, planned_anew
 
-SAME = 0.1
-"""Intersection over union from above with which a box means a real object; as in `ghosts`."""
 AS_FOUND, EVERYTHING = "as found", "everything"
 GHOSTS_IN = {lane: f"ghosts, {lane}" for lane in GhostLane}
 """Ghosts of one lane alone; see `GhostLane`."""

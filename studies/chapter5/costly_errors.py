@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.metrics.estimate import Estimate, Interval
+from avsec_gym.metrics.ghosts import SAME
 from avsec_gym.metrics.many_comparisons import ALPHA
 from avsec_gym.report.markdown_table import interval, markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
@@ -26,7 +27,6 @@ from studies.chapter5.case_measures import IN_REACH
 from studies.chapter5.corrected_episodes import (
     AS_FOUND,
     GHOSTS_IN,
-    SAME,
     CorrectedRow,
     corrected_rows,
 )

@@ -19,11 +19,11 @@ from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, MinIou
 from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.concordance import concordance
 from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.scene_precision import scene_precision
 from avsec_gym.scenario.intention import Intention
 from studies.chapter5.case_measures import CaseMeasures
-from studies.chapter5.concordance import concordance
-from studies.chapter5.scene_precision import scene_precision
 from studies.chapter5.telling_measures import MEASURES, PRECISIONS, compared_attacks, groups_of
 
 

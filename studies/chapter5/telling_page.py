@@ -17,16 +17,16 @@ from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
+from avsec_gym.metrics.contact_recall import HORIZON, MARGIN
+from avsec_gym.metrics.ghosts import SAME
+from avsec_gym.metrics.planning_kl import CELL, TEMPERATURE
+from avsec_gym.metrics.support_distance import MISSED
 from avsec_gym.report.markdown_table import interval, markdown_table
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
 from studies.chapter5.case_measures import IN_REACH, case_measures
-from studies.chapter5.contact_recall import HORIZON, MARGIN
-from studies.chapter5.corrected_episodes import SAME
-from studies.chapter5.planning_kl import CELL, TEMPERATURE
-from studies.chapter5.support_distance import MISSED
 from studies.chapter5.telling_figure import draw_telling
 from studies.chapter5.telling_flips import FlipRow, flip_rows
 from studies.chapter5.telling_measures import (

@@ -22,7 +22,6 @@ from avsec_gym.attacks.perturbation import Perturbation
 from avsec_gym.attacks.texture import replace_texture
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5.ghost_positions import iou_from_above
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -39,6 +38,7 @@ from avsec_gym.experiments.chapter5.settings import (
 )
 from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector, trained_inputs
 from avsec_gym.frame import SensorFrame
+from avsec_gym.metrics.ghosts import iou_from_above
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.perception.weights.given import shipped_weights

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import mannwhitneyu
 
-from studies.chapter5.concordance import concordance
+from avsec_gym.metrics.concordance import concordance
 
 CASES = st.lists(
     st.tuples(st.integers(0, 4), st.booleans(), st.integers(0, 2), st.integers(0, 3)), max_size=25
