@@ -31,22 +31,16 @@ class ReplannedResults:
         """See `Results`."""
         return self.results.settings()
 
-    def records(
-        self,
-        setting: str | None = None,
-        strength: float | None = None,
-        planner: str | None = None,
-        intention: str | None = None,
-    ) -> list[SafetyRecord]:
-        """See `Results`."""
+    def records(self, **where: Any) -> list[SafetyRecord]:
+        """See `Results`; by setting, strength, planner and intention."""
         found = [
             record
-            for place, records in self.episodes.items()
-            if planner in (None, self.planner)
-            and setting in (None, place[0])
-            and strength in (None, place[1])
+            for (setting, strength), records in self.episodes.items()
+            if where.get("setting", setting) == setting
+            and where.get("strength", strength) == strength
+            and where.get("planner", self.planner) == self.planner
             for record in records
-            if intention in (None, record.intention)
+            if where.get("intention", record.intention) == record.intention
         ]
         return sorted(found, key=lambda record: (record.scenario, record.intention))
 

@@ -76,8 +76,8 @@ def page(found: TellingMeasures, command: str) -> str:
         found: The result.
         command: The command that made it.
     """
-    rows = (*found.measures, *found.flips)
-    is_corrected = any(row.p_holm is not None for row in rows)
+    p_values = [row.p_holm for rows in (found.measures, found.flips) for row in rows]
+    is_corrected = any(p is not None for p in p_values)
     of_p = ["p, corrected"] if is_corrected else []
     correction = (
         ". p: of a difference of zero, after Holm’s correction for all rows of the table."
