@@ -2,9 +2,9 @@
 
 A study of the catalogue has its ``question``; ``minutes`` that its commands take, about, on two
 cores, with nothing left of an earlier time; the files that it ``writes``, below studies/results or
-in docs; ``commands``, one a line.  Its sources are what the commands run and import; ``networks``
-and ``also`` are those that are named by strings.  ``shows`` names studies whose results its page
-shows, too.
+in docs, of which a stale study may lack the JSON that its commands write since; ``commands``, one a
+line.  Its sources are what the commands run and import; ``networks`` and ``also`` are those that
+are named by strings.  ``shows`` names studies whose results its page shows, too.
 """
 
 from __future__ import annotations

@@ -16,7 +16,10 @@ from avsec_gym.storage.regular_files import is_there
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
     from avsec_gym.metrics.average_precision import AveragePrecision
+    from avsec_gym.metrics.safety_weighted_recall import SafetyWeightedRecall
 
+WEIGHTED = "Car"
+"""The class whose recall is weighted: cars are obstacles, pedestrians and cyclists are not."""
 _REMARKS = 10
 """So many broken files are reported one by one."""
 
@@ -42,6 +45,11 @@ class ScoreDetections:
     Those of one drive are drawn together where the devkit's mapping is in the folder."""
     seed: int = 0
     """Seed of these draws."""
+    safety_weighted: bool = False
+    """Whether the recall of cars is shown as well in which each counts by the time until a car that
+    goes left, straight on and right would be near it; a label is found where a detection that may
+    be planned on (score of 0.3 or more; 0, if scores have no bounds) overlaps it from above.  It
+    takes a millisecond a frame."""
     figure: Path | None = None
     """Where to write a PNG of precision over recall."""
     out: Path | None = None
@@ -51,7 +59,8 @@ class ScoreDetections:
     """Instead of a table, {"schema": ..., class: {"2d"|"bev"|"3d"|"aos": {"ap11": [easy, moderate,
     hard], "ap40": [...]}, "labels": [...], "ceiling": {"ap11": [...], "ap40": [...]}}}: labels that
     count, and what perfect detections of them reach; --resamples adds ap11_interval and
-    ap40_interval."""
+    ap40_interval, --safety-weighted "safety_weighted_recall": {"recall": ..., "by_intention": ...,
+    ...} of Car."""
 
     def run(self) -> int:
         """Do it; the exit code."""
@@ -83,13 +92,14 @@ class ScoreDetections:
             seed=self.seed,
             together=drives,
         )
+        weighted = self._weighted(frames) if self.safety_weighted else None
         # Files, remarks and table.
         if drives is not None:
             console.say(f"avsec: intervals draw whole drives: the frames are of {len(set(drives))}")
         if self.out is not None:
             from avsec_gym.storage.text_files import write_text
 
-            report = _report(result, frames) | {"settings": self._settings()}
+            report = _report(result, frames, weighted) | {"settings": self._settings()}
             report = with_schema("ap.report", report)
             write_text(self.out, json.dumps(report, indent=1, allow_nan=False) + "\n")
         if self.figure is not None:
@@ -104,11 +114,30 @@ class ScoreDetections:
                 " stay below 100 %, see the ceiling; and single labels decide"
             )
         if self.json:
-            console.print_json("ap", _with_ceilings(result))
+            console.print_json("ap", _with_ceilings(result, weighted))
         else:
             _show(result, f"{self.detections}: {len(frames.truth)} frames")
+            if weighted is not None:
+                _show_weighted(weighted)
         in_part = frames.broken or frames.missing
         return console.DONE_IN_PART if in_part else console.DONE
+
+    def _weighted(self, frames: _Frames) -> SafetyWeightedRecall:
+        """Of the cars, with what would be planned on."""
+        import numpy as np
+
+        from avsec_gym.kitti.detections import default_score_threshold
+        from avsec_gym.metrics.safety_weighted_recall import safety_weighted_recall
+
+        seen = [frames.detections[id] for id in frames.truth]
+        return safety_weighted_recall(
+            list(frames.truth.values()),
+            seen,
+            threshold=default_score_threshold(np.concatenate([boxes.score for boxes in seen])),
+            category=WEIGHTED,
+            resamples=self.resamples,
+            seed=self.seed,
+        )
 
     def _settings(self) -> dict[str, Any]:
         from avsec_gym import __version__
@@ -202,8 +231,15 @@ class _Frames:
             )
 
 
-def _with_ceilings(result: AveragePrecision) -> dict[str, dict[str, Any]]:
-    """The figures, and of each class how many labels count and what perfect detections reach."""
+def _with_ceilings(
+    result: AveragePrecision, weighted: SafetyWeightedRecall | None
+) -> dict[str, dict[str, Any]]:
+    """The figures, and of each class how many labels count and what perfect detections reach.
+
+    Args:
+        result: The average precision.
+        weighted: The weighted recall of cars; None: it was not asked for.
+    """
     figures: dict[str, dict[str, Any]] = {**result.to_json()}
     for c, category in enumerate(result.classes):
         best = result.ceiling[c].round(4).T.tolist()
@@ -212,6 +248,8 @@ def _with_ceilings(result: AveragePrecision) -> dict[str, dict[str, Any]]:
             "labels": result.labels[c].tolist(),
             "ceiling": dict(zip(("ap11", "ap40"), best, strict=True)),
         }
+    if weighted is not None:
+        figures[WEIGHTED]["safety_weighted_recall"] = weighted.to_json()
     return figures
 
 
@@ -232,7 +270,9 @@ def _few(result: AveragePrecision) -> str:
     return "; ".join(found)
 
 
-def _report(result: AveragePrecision, frames: _Frames) -> dict[str, Any]:
+def _report(
+    result: AveragePrecision, frames: _Frames, weighted: SafetyWeightedRecall | None
+) -> dict[str, Any]:
     """All there is to say, for --out."""
     from avsec_gym.metrics.average_precision import METRICS
     from avsec_gym.metrics.average_precision_frames import LEVELS
@@ -249,7 +289,7 @@ def _report(result: AveragePrecision, frames: _Frames) -> dict[str, Any]:
             for m, metric in enumerate(METRICS)
         }
     return {
-        "average_precision": _with_ceilings(result),
+        "average_precision": _with_ceilings(result, weighted),
         **per_class,
         "frames": len(frames.truth),
         "frames_without_detections": frames.missing,
@@ -289,3 +329,15 @@ def _show(result: AveragePrecision, title: str) -> None:
     intervals = "" if result.interval is None else " and 95 % bootstrap intervals"
     columns = ["class", "metric", "IoU >", "recall points", *LEVELS]
     console.print_table(f"{title}, average precision in %{intervals}", columns, rows)
+
+
+def _show_weighted(weighted: SafetyWeightedRecall) -> None:
+    bounds = weighted.recall.interval
+    cells = [
+        console.percent(weighted.recall.value, None if bounds is None else [*bounds]),
+        *(console.percent(share) for share in weighted.by_intention.values()),
+        f"{weighted.threshold:g}",
+    ]
+    columns = ["class", "all", *weighted.by_intention, "score from"]
+    title = "safety-weighted recall: cars found, each weighed by the time to contact, in %"
+    console.print_table(title, columns, [[WEIGHTED, *cells]])

@@ -8,27 +8,27 @@ recall over many scenes is that of all their cars.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts, iou_from_above
+from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.contact_recall import contact_weights
+from avsec_gym.metrics.ghosts import SAME, ghosts, iou_from_above, meant
+from avsec_gym.metrics.planning_kl import chances, occupied_cells, summed_divergence
+from avsec_gym.metrics.support_distance import MISSED, support_distance_error
+from avsec_gym.metrics.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from studies.chapter5.contact_recall import contact_weights
-from studies.chapter5.contested_objects import contested_objects
-from studies.chapter5.corrected_episodes import SAME
-from studies.chapter5.planning_kl import chances, occupied_cells, summed_divergence
-from studies.chapter5.support_distance import MISSED, support_distance_error
-from studies.chapter5.trajectory_bundle import TrajectoryBundle, trajectory_bundle
+from studies.chapter5.known_motion import with_known_motion
 
 IN_REACH = 20.0
 """Metres from the camera: goals are 15 m ahead."""
@@ -84,6 +84,8 @@ def case_measures(
     }
     for number, scenario in enumerate(outcomes.scenarios):
         scene, labels = by_id[scenario], outcomes.labels[scenario]
+        # A planner that takes motion from a classifier needs to know it of the truth, too.
+        scene = replace(scene, boxes=with_known_motion(scene.boxes))
         asked = [_asked(scene, intention, motion) for intention in Intention]
         for condition in conditions:
             looks = outcomes.looks(condition)
@@ -126,10 +128,10 @@ def _case(
     """Numerator and denominator of each measure."""
     believed = believed[is_obstacle(believed)]
     cars = labels[labels.category == CATEGORY]
-    car_found = _found(cars, believed)
+    car_found = meant(cars, believed)
     near = np.hypot(cars.location[:, 0], cars.location[:, 2]) < IN_REACH
     real = scene.boxes[is_obstacle(scene.boxes)]
-    found = _found(real, believed)
+    found = meant(real, believed)
     problem = scene.problem(intention, believed, motion)
     invented = ghosts(believed, labels, overlap=SAME)
     # What stands in a region that is not labelled is neither real nor invented.
@@ -149,12 +151,6 @@ def _case(
         CONTESTED: (float((found & asked.contested).sum()), float(asked.contested.sum())),
         PLANNING_KL: (-divergence, 1.0),
     }
-
-
-def _found(real: Boxes3D, believed: Boxes3D) -> NDArray[np.bool_]:
-    """Which objects a box means, shape (N,)."""
-    result: NDArray[np.bool_] = iou_from_above(real, believed).max(axis=1, initial=0.0) > SAME
-    return result
 
 
 def _rectangles(boxes: Boxes3D) -> Floats:

@@ -6,33 +6,43 @@ An oracle corrects each kind of error by the labels, and all else stays as it wa
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 
+import numpy as np
+
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts, iou_from_above
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import (
+    JOINT_PATCHES,
     PATCHES,
     PERTURBATIONS,
     TEXTURE,
     TEXTURE_ATTACKED,
     UNATTACKED,
 )
+from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.ghosts import SAME, ghosts, iou_from_above
+from avsec_gym.metrics.intervals import mcnemar_p
+from avsec_gym.metrics.many_comparisons import holm_adjusted
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
+from studies.chapter5.ghost_lanes import GhostLane, ghost_lanes
+from studies.chapter5.known_motion import with_known_motion
 from studies.chapter5.planned_anew import Change, planned_anew
 
-SAME = 0.1
-"""Intersection over union from above with which a box means a real object; as in `ghosts`."""
 AS_FOUND, EVERYTHING = "as found", "everything"
-CORRECTED = (AS_FOUND, "ghosts", "misses", "places", EVERYTHING)
+GHOSTS_IN = {lane: f"ghosts, {lane}" for lane in GhostLane}
+"""Ghosts of one lane alone; see `GhostLane`."""
+CORRECTED = (AS_FOUND, "ghosts", *GHOSTS_IN.values(), "misses", "places", EVERYTHING)
 """``ghosts``: boxes that stand for nothing real are dropped; ``misses``: real objects that no box
 means are added; ``places``: boxes that mean a real object are moved to where it is."""
 
@@ -47,12 +57,16 @@ class CorrectedRow:
         rates: The three rates.
         gain: Safe driving gained against what was found, percentage points, with its 95 % interval
             by bootstrap over scenarios.
+        p_holm: The p-value of the gain's being zero, after Holm's correction for all rows: of an
+            exact test of scenarios that gain against scenarios that lose.  None of what was found,
+            and in earlier results.
     """
 
     condition: Condition
     corrected: str
     rates: SafetyRates
     gain: Estimate
+    p_holm: float | None = field(default=None, metadata=OPTIONAL)
 
 
 def corrected_rows(
@@ -74,13 +88,13 @@ def corrected_rows(
     Returns:
         A row for each condition and each of `CORRECTED`.
     """
-    wanted = (UNATTACKED, *PERTURBATIONS, *PATCHES, TEXTURE, TEXTURE_ATTACKED)
+    wanted = (UNATTACKED, *PERTURBATIONS, *PATCHES, *JOINT_PATCHES, TEXTURE, TEXTURE_ATTACKED)
     conditions = [condition for condition in outcomes.strongest if condition.attack in wanted]
     changes: dict[str, Change] = {
         name: partial(_corrected, name, outcomes.labels, threshold) for name in CORRECTED
     }
     records = planned_anew(outcomes, scenes, motion, conditions, changes, on_progress)
-    return [
+    rows = [
         CorrectedRow(
             condition,
             name,
@@ -89,6 +103,43 @@ def corrected_rows(
         )
         for (condition, name), corrected in records.items()
     ]
+    p = holm_adjusted(
+        [
+            np.nan if name == AS_FOUND else scenario_p(records[condition, AS_FOUND], corrected)
+            for (condition, name), corrected in records.items()
+        ]
+    )
+    return [
+        replace(row, p_holm=None if np.isnan(value) else float(value))
+        for row, value in zip(rows, p, strict=True)
+    ]
+
+
+def scenario_p(before: Sequence[SafetyRecord], after: Sequence[SafetyRecord]) -> float:
+    """The p-value of scenarios' gaining as often as losing, from one input to another.
+
+    A scenario, with all its intentions, gains if more of its episodes are safe: McNemar's exact
+    test of scenarios, which does not take its episodes for independent.
+
+    Args:
+        before: Records.
+        after: Records of the same scenarios and intentions in the same order.
+
+    Example:
+        >>> def of(*outcomes: str) -> list[SafetyRecord]:
+        ...     return [
+        ...         SafetyRecord(str(n // 2), str(n % 2), outcome, 1.5, 1, 9.0, 1.5)
+        ...         for n, outcome in enumerate(outcomes)
+        ...     ]
+        >>> unsafe, safe = of(*6 * ["collision", "safe"]), of(*12 * ["safe"])
+        >>> scenario_p(unsafe, safe), scenario_p(safe, safe)
+        (0.03125, 1.0)
+    """
+    change: Counter[str] = Counter()
+    for one, other in zip(before, after, strict=True):
+        change[one.scenario] += other.safe - one.safe
+    gained, lost = (sum(sign * net > 0 for net in change.values()) for sign in (1, -1))
+    return mcnemar_p(lost, gained)
 
 
 def gain(before: Sequence[SafetyRecord], after: Sequence[SafetyRecord]) -> Estimate:
@@ -106,18 +157,29 @@ def _corrected(
     threshold: float,
     boxes: Boxes3D,
     scene: Scene,
+    intention: Intention,
 ) -> Boxes3D:
     found = above(boxes, threshold)
-    unreal = ghosts(found, labels[scene.id], overlap=SAME)
     real = scene.boxes[is_obstacle(scene.boxes)]
-    meant = iou_from_above(found, real) >= SAME
-    seen, missed = real[meant.any(axis=0)], real[~meant.any(axis=0)]
+    if found.moving is not None:
+        real = with_known_motion(real)
+    overlap = iou_from_above(found, real)
+    meant = overlap >= SAME
+    unreal = ghosts(found, labels[scene.id], overlap=SAME)
     if kind == AS_FOUND:
         return found
     if kind == "ghosts":
         return found[~unreal]
+    if kind in GHOSTS_IN.values():
+        lanes = np.array([GHOSTS_IN[lane] for lane in ghost_lanes(found, intention)], np.str_)
+        return found[~(unreal & (lanes == kind))]
     if kind == "misses":
-        return Boxes3D.concatenate([found, missed])
+        return Boxes3D.concatenate([found, real[~meant.any(axis=0)]])
     if kind == "places":
+        is_seen = meant.any(axis=0)
+        seen = real[is_seen]
+        if found.moving is not None and len(seen):
+            # Where a classifier decides what moves, that stays as it was found, too.
+            seen = replace(seen, moving=found.moving[overlap[:, is_seen].argmax(axis=0)])
         return Boxes3D.concatenate([found[~meant.any(axis=1)], seen])
     return real

@@ -17,6 +17,8 @@ from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.metrics.estimate import Estimate, Interval
+from avsec_gym.metrics.ghosts import SAME
+from avsec_gym.metrics.many_comparisons import ALPHA
 from avsec_gym.report.markdown_table import interval, markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.intention import Intention
@@ -24,8 +26,7 @@ from avsec_gym.scenario.scene import Motion
 from studies.chapter5.case_measures import IN_REACH
 from studies.chapter5.corrected_episodes import (
     AS_FOUND,
-    CORRECTED,
-    SAME,
+    GHOSTS_IN,
     CorrectedRow,
     corrected_rows,
 )
@@ -130,13 +131,27 @@ def _corrected(rows: Sequence[CorrectedRow]) -> list[str]:
     cells: dict[Condition, list[str]] = {}
     for row in rows:
         rate = share(row.rates.safe_driving_rate)
-        text = rate if row.corrected == AS_FOUND else f"{rate}, {_signed(row.gain)}"
+        sure = "\\*" if row.p_holm is not None and row.p_holm <= ALPHA else ""
+        text = rate if row.corrected == AS_FOUND else f"{rate}, {_signed(row.gain)}{sure}"
         cells.setdefault(row.condition, []).append(text)
     lines = [
         [detector_name(each.detector), attack_name(each.attack, each.strength), *own]
         for each, own in cells.items()
     ]
-    titles = ["detector", "attack", AS_FOUND, *(f"{name} corrected" for name in CORRECTED[1:])]
+    kinds = dict.fromkeys(row.corrected for row in rows)
+    kinds.pop(AS_FOUND, None)
+    titles = ["detector", "attack", AS_FOUND, *(f"{name} corrected" for name in kinds)]
+    lanes = [
+        "",
+        "Ghosts of one lane alone are dropped in their columns: of the car’s own lane, of the lane"
+        " that it changes to, and all others; one that reaches into several counts in the first of"
+        " these.",
+    ]
+    marks = [
+        "",
+        "\\*: surely, by an exact test of the scenarios that gain against those that lose, after"
+        f" Holm’s correction for all {sum(row.p_holm is not None for row in rows)} gains.",
+    ]
     return [
         "",
         "## Errors corrected",
@@ -146,6 +161,8 @@ def _corrected(rows: Sequence[CorrectedRow]) -> list[str]:
         "Ghosts: boxes that stand for nothing real are dropped. Misses: real objects that no box"
         f" means, with an overlap of {SAME:g} from above, are added, those too that the detector"
         " does not look for. Places: boxes that mean a real object are moved to where it is.",
+        *(lanes if {*kinds} & {*GHOSTS_IN.values()} else []),
+        *(marks if any(row.p_holm is not None for row in rows) else []),
     ]
 
 

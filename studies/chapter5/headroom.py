@@ -19,6 +19,7 @@ from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.corrected_episodes import gain
+from studies.chapter5.known_motion import with_known_motion
 
 TRUTH, NOTHING = "truth", "nothing"
 RANDOM, SPECIFIC = PLACEMENTS
@@ -68,10 +69,11 @@ def headroom_rows(
         scene = by_id[scenario]
         frame = scenes.frame(scene)
         for intention in Intention:
-            believed = {TRUTH: scene.boxes, NOTHING: Boxes3D.empty()}
+            truth, nothing = (with_known_motion(each) for each in (scene.boxes, Boxes3D.empty()))
+            believed = {TRUTH: truth, NOTHING: nothing}
             for placement in PLACEMENTS:
                 ghost = _ghost(frame, scene, seed, intention if placement == SPECIFIC else None)
-                believed[placement] = Boxes3D.concatenate([scene.boxes, ghost])
+                believed[placement] = Boxes3D.concatenate([truth, with_known_motion(ghost)])
             for name, boxes in believed.items():
                 episode = run_episode(scene, intention, boxes, motion=motion, planner=planner)
                 records.setdefault(name, []).append(episode.record)

@@ -12,15 +12,15 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import run_episode
-from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.planners.planner import MotionPrimitivePlanner, Planner
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
 Name = TypeVar("Name")
-Change = Callable[[Boxes3D, Scene], Boxes3D]
+Change = Callable[[Boxes3D, Scene, Intention], Boxes3D]
 """A function from all detections of a scene, whatever their score, to the boxes that are planned
-on."""
+on with an intention."""
 
 
 def planned_anew(
@@ -30,6 +30,7 @@ def planned_anew(
     conditions: Sequence[Condition],
     changes: Mapping[Name, Change],
     on_progress: Callable[[int, int], None] = lambda done, total: None,
+    planner: Planner | None = None,
 ) -> dict[tuple[Condition, Name], list[SafetyRecord]]:
     """The episodes of every condition under every change, all intentions of a scenario together.
 
@@ -40,9 +41,14 @@ def planned_anew(
         conditions: The conditions to plan anew.
         changes: The changes by their names.
         on_progress: Called with the number of scenarios that are done, and of all.
+        planner: The motion planner; None: A* over motion primitives, as the run's.
+
+    Returns:
+        Records of each condition and change, sorted by scenario and intention as
+        `Outcomes.records` are.
     """
     by_id = {scene.id: scene for scene in scenes.scenes.labelled}
-    planner = MotionPrimitivePlanner()
+    planner = MotionPrimitivePlanner() if planner is None else planner
     records: dict[tuple[Condition, Name], list[SafetyRecord]] = {
         (condition, name): [] for condition in conditions for name in changes
     }
@@ -52,11 +58,13 @@ def planned_anew(
             for look in outcomes.looks(condition):
                 boxes = outcomes.detections(condition, look)[number]
                 for name, change in changes.items():
-                    believed = change(boxes, scene)
                     for intention in Intention if look is None else (look,):
+                        believed = change(boxes, scene, intention)
                         episode = run_episode(
                             scene, intention, believed, motion=motion, planner=planner
                         )
                         records[condition, name].append(episode.record)
         on_progress(number + 1, len(outcomes.scenarios))
+    for own in records.values():
+        own.sort(key=lambda record: (record.scenario, record.intention))
     return records

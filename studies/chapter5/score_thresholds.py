@@ -23,6 +23,7 @@ from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.markdown_table import markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.planned_anew import planned_anew
 from studies.chapter5.run_page import run_page
@@ -83,7 +84,7 @@ def threshold_rows(
     ]
 
 
-def _surer(least: float, boxes: Boxes3D, _: Scene) -> Boxes3D:
+def _surer(least: float, boxes: Boxes3D, _: Scene, __: Intention) -> Boxes3D:
     return above(boxes, least)
 
 

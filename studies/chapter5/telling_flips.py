@@ -8,23 +8,30 @@ become unsafe than in those that stay safe?
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.json_rows import keyed
+from avsec_gym.experiments.json_rows import OPTIONAL, keyed
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS, MinIou
 from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, Sampled
 from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.roc_curve import concordance
+from avsec_gym.metrics.scene_precision import scene_precision
 from avsec_gym.scenario.intention import Intention
 from studies.chapter5.case_measures import CaseMeasures
-from studies.chapter5.scene_precision import scene_precision
-from studies.chapter5.telling_measures import MEASURES, PRECISIONS, compared_attacks, groups_of
+from studies.chapter5.telling_measures import (
+    MEASURES,
+    PRECISION,
+    PRECISIONS,
+    compared_attacks,
+    corrected,
+    groups_of,
+)
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,7 @@ class FlipRow:
         area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
         interval: The 95 % interval, by bootstrap over scenarios with all their attacks.
         more: How much larger it is than that of the average precision.
+        p_holm: As of `MeasureRow`, of these rows.
     """
 
     measure: str
@@ -53,6 +61,7 @@ class FlipRow:
     area: float | None
     interval: Sequence[float] | None
     more: Estimate
+    p_holm: float | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +87,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
     episodes = {attack: _episodes(outcomes, attack) for attack in attacks}
     scenes = ClusterBootstrap(len(outcomes.scenarios), RESAMPLES)
     rows: list[FlipRow] = []
+    p_values: list[float] = []
     usual: dict[tuple[str, str], Sampled] = {}
     for measure in MEASURES:
         looked = dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks])
@@ -111,7 +121,8 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
                     more=more.estimate if known else NOTHING,
                 )
             )
-    return rows
+            p_values.append(more.p if known and measure != PRECISION else np.nan)
+    return [replace(row, p_holm=p) for row, p in zip(rows, corrected(p_values), strict=True)]
 
 
 def _area(

@@ -8,11 +8,13 @@ know where the car wants to go are compared with safety in the same way.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from avsec_gym.experiments.chapter5.losses import TRUE_ATTACKS, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.chapter5.settings import JOINT_PATCHES, PATCHES, PERTURBATIONS
+from avsec_gym.experiments.chapter5.settings import FAMILIES
+from avsec_gym.experiments.json_rows import OPTIONAL
+from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
 from avsec_gym.metrics.cluster_bootstrap import (
     ClusterBootstrap,
@@ -20,6 +22,7 @@ from avsec_gym.metrics.cluster_bootstrap import (
     sampled_rank_correlation,
 )
 from avsec_gym.metrics.estimate import NOTHING, Estimate
+from avsec_gym.metrics.many_comparisons import holm_adjusted
 from studies.chapter5.case_measures import CASE_MEASURES, CaseMeasures
 
 PRECISION, LOW_PRECISION = "AP, IoU 0.7", "AP, IoU 0.5"
@@ -28,7 +31,6 @@ MEASURES = (*PRECISIONS, *CASE_MEASURES)
 """The usual one first."""
 BOTH = "both"
 ALL_ATTACKS = "all"
-FAMILIES = {"perturbations": PERTURBATIONS, "patches": PATCHES + JOINT_PATCHES}
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ class MeasureRow:
         rho: Spearman's rank correlation.
         interval: 95 % interval of `rho`, by bootstrap over scenarios; both losses from one draw.
         more: How much larger it is than that of the average precision.
+        p_holm: The p-value of `more`'s being zero, after Holm's correction for all rows; None of
+            the average precision itself, where there is no `more`, and in earlier results.
     """
 
     measure: str
@@ -52,6 +56,7 @@ class MeasureRow:
     rho: float | None
     interval: Sequence[float] | None
     more: Estimate
+    p_holm: float | None = field(default=None, metadata=OPTIONAL)
 
 
 def compared_attacks(outcomes: Outcomes) -> list[Condition]:
@@ -90,6 +95,7 @@ def telling_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[MeasureRow]:
     looked = dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks])
     safe = _lost({each: safety(outcomes, each) for each in looked}, attacks)
     rows: list[MeasureRow] = []
+    p_values: list[float] = []
     usual: dict[tuple[str, str], Sampled | None] = {}
     for measure in MEASURES:
         lost = _lost({each: _of_all(measure, outcomes, each, cases) for each in looked}, attacks)
@@ -108,7 +114,17 @@ def telling_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[MeasureRow]:
                     more=more.estimate if more else NOTHING,
                 )
             )
-    return rows
+            p_values.append(np.nan if more is None or measure == PRECISION else more.p)
+    return [replace(row, p_holm=p) for row, p in zip(rows, corrected(p_values), strict=True)]
+
+
+def corrected(p_values: Sequence[float]) -> list[float | None]:
+    """P-values after Holm's correction for all that are known; None for NaN.
+
+    Args:
+        p_values: One for each row of a table.
+    """
+    return [None if np.isnan(p) else float(p) for p in holm_adjusted(p_values)]
 
 
 def _lost(

@@ -10,23 +10,26 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Self
 
 from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
-from avsec_gym.report.markdown_table import interval, markdown_table
+from avsec_gym.experiments.json_rows import OPTIONAL
+from avsec_gym.metrics.contact_recall import HORIZON, MARGIN
+from avsec_gym.metrics.ghosts import SAME
+from avsec_gym.metrics.planning_kl import CELL, TEMPERATURE
+from avsec_gym.metrics.support_distance import MISSED
+from avsec_gym.report.markdown_table import interval, markdown_table, number
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
+from studies.chapter5.best_measure import BestMeasure, best_measure, sentences
 from studies.chapter5.case_measures import IN_REACH, case_measures
-from studies.chapter5.contact_recall import HORIZON, MARGIN
-from studies.chapter5.corrected_episodes import SAME
-from studies.chapter5.planning_kl import CELL, TEMPERATURE
-from studies.chapter5.support_distance import MISSED
 from studies.chapter5.telling_figure import draw_telling
 from studies.chapter5.telling_flips import FlipRow, flip_rows
 from studies.chapter5.telling_measures import (
@@ -40,11 +43,30 @@ from studies.chapter5.telling_measures import (
 
 @dataclass(frozen=True)
 class TellingMeasures:
-    """The study: the number of scenarios, rows over attacks, and rows of single episodes."""
+    """The study.
+
+    Args:
+        scenarios: Number of scenarios.
+        measures: Rows over attacks.
+        flips: Rows of single episodes.
+        best: The measures that work best by rule; None: an earlier result.
+    """
 
     scenarios: int
     measures: Sequence[MeasureRow]
     flips: Sequence[FlipRow]
+    best: BestMeasure | None = field(default=None, metadata=OPTIONAL)
+
+    @classmethod
+    def of(cls, scenarios: int, measures: list[MeasureRow], flips: list[FlipRow]) -> Self:
+        """With the measures that these rows show to work best.
+
+        Args:
+            scenarios: Number of scenarios.
+            measures: Rows of `telling_rows`.
+            flips: Rows of `flip_rows`.
+        """
+        return cls(scenarios, measures, flips, best_measure(measures, flips))
 
 
 def page(found: TellingMeasures, command: str) -> str:
@@ -54,22 +76,30 @@ def page(found: TellingMeasures, command: str) -> str:
         found: The result.
         command: The command that made it.
     """
+    p_values = [row.p_holm for rows in (found.measures, found.flips) for row in rows]
+    is_corrected = any(p is not None for p in p_values)
+    of_p = ["p, corrected"] if is_corrected else []
+    correction = (
+        ". p: of a difference of zero, after Holm’s correction for all rows of the table."
+        if is_corrected
+        else "; not corrected for the number of rows."
+    )
     return "\n".join(
         [
             "# Which measure of perception tells of safety?",
             "",
             f"{found.scenarios:,} scenarios, three intentions each; measured on what a run of"
             f" chapter 5 has stored, by `{command}`. In brackets: 95 % intervals by bootstrap over"
-            " scenarios, each with all its attacks and intentions; not corrected for the number of"
-            " rows.",
+            f" scenarios, each with all its attacks and intentions{correction}",
             "",
+            *(_answer(found.best, found.scenarios) if found.best is not None else []),
             "## Over attacks",
             "",
             *markdown_table(
                 ["measure", "detector", "attacks", "number", "ρ with safe driving",
-                 f"more than of {PRECISION}"],
+                 f"more than of {PRECISION}", *of_p],
                 [
-                    _line(row, str(row.attacks), interval(row.rho, row.interval, 2))
+                    _line(row, str(row.attacks), interval(row.rho, row.interval, 2), is_corrected)
                     for row in found.measures
                 ],
             ),
@@ -81,12 +111,13 @@ def page(found: TellingMeasures, command: str) -> str:
             "",
             *markdown_table(
                 ["measure", "detector", "attacks", "became unsafe, of", "area under the ROC curve",
-                 f"more than of {PRECISION}"],
+                 f"more than of {PRECISION}", *of_p],
                 [
                     _line(
                         row,
                         f"{row.became_unsafe} in {row.scenes} scenes, {row.episodes:,}",
                         interval(row.area, row.interval, 2),
+                        is_corrected,
                     )
                     for row in found.flips
                 ],
@@ -119,7 +150,21 @@ def page(found: TellingMeasures, command: str) -> str:
     )  # fmt: skip
 
 
-def _line(row: MeasureRow | FlipRow, count: str, value: str) -> list[str]:
+def _answer(best: BestMeasure, scenarios: int) -> list[str]:
+    """The measure that works best, by rule."""
+    return [
+        "## The measure that works best",
+        "",
+        *(f"- {sentence}" for sentence in sentences(best, scenarios)),
+        "",
+        "Over attacks: the highest rank correlation over all attacks on both detectors. In single"
+        " drives: the largest area over all attacks. Not surely worse are those whose intervals"
+        " hold that value.",
+        "",
+    ]
+
+
+def _line(row: MeasureRow | FlipRow, count: str, value: str, is_corrected: bool) -> list[str]:
     more = interval(row.more.value, row.more.interval, 2)
     signed = f"+{more}" if row.more.value is not None and row.more.value >= 0 else more
     return [
@@ -129,6 +174,8 @@ def _line(row: MeasureRow | FlipRow, count: str, value: str) -> list[str]:
         count,
         value,
         "" if row.measure == PRECISION else signed,
+        *([number(row.p_holm, 3)] if is_corrected and row.measure != PRECISION else []),
+        *([""] if is_corrected and row.measure == PRECISION else []),
     ]
 
 
@@ -167,7 +214,7 @@ def _measured(run: RunFolder) -> TellingMeasures:
             given["score_threshold"],
             shown,
         )
-    return TellingMeasures(
+    return TellingMeasures.of(
         len(outcomes.scenarios), telling_rows(outcomes, cases), flip_rows(outcomes, cases)
     )
 

@@ -246,3 +246,26 @@ def test_detections_without_2d_boxes_are_told(
     write_detections(detections / "000000.txt", replace(cars(0), box2d=None), overwrite=True)
     assert ends("ap", "--kitti", kitti, "--detections", detections, "--json") == DONE
     assert "1 detections have a 2D box without height" in capsys.readouterr().err
+
+
+def test_the_safety_weighted_recall_stands_beside_the_precision_of_cars_where_it_is_asked_for(
+    kitti: Path, detections: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The cars stand across the lane 20 m ahead, and one of four is missed."""
+    usual = ("--kitti", kitti, "--detections", detections, "--safety-weighted")
+    out = tmp_path / "report.json"
+    report = scored(capsys, *usual, "--resamples", 200, "--out", out)
+    found = report["Car"]["safety_weighted_recall"]
+    assert found["recall"] == found["by_intention"]["straight"] == 0.75
+    assert found["recall_interval"][0] < 0.75 < found["recall_interval"][1]
+    assert (found["frames"], found["threshold"]) == (4, 0.3)
+    assert "safety_weighted_recall" not in report["Pedestrian"]
+    written = json.loads(out.read_text())["average_precision"]["Car"]
+    assert written["safety_weighted_recall"] == found
+    # Scores without bounds: everything from 0 on is planned on.
+    write_detections(detections / "000003.txt", cars(0, score=0.1), overwrite=True)
+    assert scored(capsys, *usual)["Car"]["safety_weighted_recall"]["recall"] == 0.75
+    write_detections(detections / "000000.txt", cars(0, score=7.0), overwrite=True)
+    assert scored(capsys, *usual)["Car"]["safety_weighted_recall"]["recall"] == 1.0
+    assert ends("ap", *usual) == DONE
+    assert "safety-weighted recall" in capsys.readouterr().out

@@ -8,6 +8,7 @@ from collections import Counter
 from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 from studies.catalogue import STUDIES, minutes_of_command
 from studies.driving_safety.closed_loop import SETS
+from studies.index import source_state
 from studies.provenance import RECORDS, read_records, sources_of
 from studies.study import DATA, RESULTS, ROOT, Step
 
@@ -23,10 +24,29 @@ def test_every_result_belongs_to_one_study() -> None:
     assert [name for name, count in written.items() if count > 1] == []
     assert set(records) <= set(STUDIES)
     # A study is made with all of its files and its record, or not yet, with none of them.
-    made = {name for study in records for name in STUDIES[study].writes}
-    assert results == {name for name in made if name.startswith(RESULTS)}
-    assert [name for name in made if not (ROOT / name).is_file()] == []
+    made = {name: study for study in records for name in STUDIES[study].writes}
+    assert results <= {name for name in made if name.startswith(RESULTS)}
     assert [name for name in written if name not in made and (ROOT / name).exists()] == []
+    # What commands write since a study was made is there once it is made anew; pages always are.
+    lacking = {name: study for name, study in made.items() if not (ROOT / name).is_file()}
+    assert [name for name in lacking if not name.endswith(".json")] == []
+    stale = {study: source_state(STUDIES[study], records).stale for study in {*lacking.values()}}
+    assert [name for name, study in lacking.items() if not stale[study]] == []
+
+
+def test_the_runs_of_chapter_5_have_their_pages_as_json_too() -> None:
+    for name in ("chapter5_unattacked", "chapter5_without_evidence", "chapter5_without_pyramid"):
+        study = STUDIES[name]
+        assert study.writes == (f"{RESULTS}/{name}.md", f"{RESULTS}/{name}.json")
+        report = study.steps[-1]
+        assert report.to == f"{RESULTS}/{name}.json"
+        assert "--json" in report.words
+        assert f"{RESULTS}/{name}.md" in report.words
+
+
+def test_measures_are_compared_over_the_joint_patch_too() -> None:
+    run = STUDIES["telling_measures"].steps[1].words
+    assert {"perturbation", "patch", "joint_patch"} <= set(run)
 
 
 def test_what_studies_name_is_there() -> None:

@@ -22,7 +22,6 @@ from avsec_gym.attacks.perturbation import Perturbation
 from avsec_gym.attacks.texture import replace_texture
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5.ghost_positions import iou_from_above
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -39,9 +38,11 @@ from avsec_gym.experiments.chapter5.settings import (
 )
 from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector, trained_inputs
 from avsec_gym.frame import SensorFrame
+from avsec_gym.metrics.ghosts import iou_from_above
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.pipeline import Pipeline, PipelineRun
+from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.pipeline import Perception, Pipeline, PipelineRun
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
@@ -53,6 +54,8 @@ from avsec_gym.runs.experiment import (
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
+CLASSIFIER = "small"
+"""The moving-object classifier of ``motion=classifier``, with the package's weights."""
 _WORK = "avsec_gym.experiments.chapter5.attacked_episodes:AttackedEpisodes"
 
 
@@ -73,8 +76,16 @@ def attacked_cells(
 def attacked_inputs(
     configuration: Configuration, detectors: Sequence[str] = DETECTORS
 ) -> dict[str, Path]:
-    """Weights, patches and the images' manifests."""
-    trained = trained_inputs(detectors, {**OPTIONS, **configuration.options})
+    """Weights, patches and the images' manifests.
+
+    Raises:
+        ConfigurationError: There is no such motion, or weights are needed that are not named.
+        DataError: Weights are missing, or those of another network.
+    """
+    options = {**OPTIONS, **configuration.options}
+    trained = trained_inputs(detectors, options)
+    if Motion.named(options["motion"]) == Motion.CLASSIFIER:
+        trained["weights of the moving-object classifier"] = shipped_weights("motion_small")
     roots = {data.root for data in scenes_of(configuration).data.values()}
     manifests = {
         f"frames {number}": root / "manifest.json"
@@ -233,9 +244,11 @@ class AttackedEpisodes:
 
     def _pipeline(self, detector: str) -> Pipeline:
         if detector not in self._pipelines:
+            motion = Motion.named(self._options["motion"])
             self._pipelines[detector] = Pipeline(
                 trained_detector(detector, self._options),
-                motion=Motion.named(self._options["motion"]),
+                classifier=CLASSIFIER if motion == Motion.CLASSIFIER else None,
+                motion=motion,
                 score_threshold=self._options["score_threshold"],
                 whole_levels=False,
             )
@@ -273,13 +286,30 @@ def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Box
     with result.timed("detector"):
         perception = pipeline.perceive(look.frame)
     seen = setting(name, look.seen_as or look.attack, whole_levels=look.whole_levels)
-    result.detections.append(DetectionRow(seen, scene.id, perception.detections, look.strength))
+    boxes = with_known_motion(perception, pipeline.score_threshold)
+    result.detections.append(DetectionRow(seen, scene.id, boxes, look.strength))
     under = setting(name, look.attack, whole_levels=look.whole_levels)
     with result.timed("planner"):
         for intention in look.intentions:
             record = pipeline.run_episode(scene, perception, intention).record
             result.episodes.append(EpisodeRow(under, record, look.strength))
     return perception.believed
+
+
+def with_known_motion(perception: Perception, threshold: float) -> Boxes3D:
+    """All detections, `moving` where a classifier takes them as moving, to be planned on anew.
+
+    Args:
+        perception: What the car believes.
+        threshold: The least score of a detection that is planned on: the classifier looks at no
+            other, and the others stand.
+    """
+    detections, flags = perception.detections, perception.believed.moving
+    if flags is None:
+        return detections
+    moving = np.zeros(len(detections), bool)
+    moving[detections.score >= threshold] = flags
+    return replace(detections, moving=moving)
 
 
 def _measure(

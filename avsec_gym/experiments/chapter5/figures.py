@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from avsec_gym.experiments.chapter5.contested_scenes import ContestedFigures, contested_figures
 from avsec_gym.experiments.chapter5.controls import (
     ControlRow,
     RoundingRow,
@@ -14,6 +15,7 @@ from avsec_gym.experiments.chapter5.controls import (
     trend_rows,
 )
 from avsec_gym.experiments.chapter5.decoupling import Decoupling, decoupling
+from avsec_gym.experiments.chapter5.families import FamilyFigures, family_figures
 from avsec_gym.experiments.chapter5.flips import Flip, flips
 from avsec_gym.experiments.chapter5.ghost_shares import GhostRow, ghost_rows
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
@@ -69,6 +71,8 @@ class AttackFigures:
         trends: Slopes over the steps of perturbations.
         rounding: Attacks in whole grey levels.
         flips: Episodes that became unsafe.
+        families: Losses by family of attacks, and the exchange rate between them.
+        contested: Losses where it matters what a car sees; None: no scenario is contested.
     """
 
     decoupling: Decoupling
@@ -84,6 +88,8 @@ class AttackFigures:
     trends: Sequence[TrendRow]
     rounding: Sequence[RoundingRow]
     flips: Sequence[Flip]
+    families: FamilyFigures
+    contested: ContestedFigures | None
 
 
 @dataclass(frozen=True)
@@ -117,7 +123,8 @@ def chapter_figures(
         DataError: Data of the run's scenes are not where they were.
     """
     conditions = outcomes.conditions if outcomes.scenarios else ()
-    slow = len(conditions) + len(outcomes.scenarios)
+    scenarios = len(outcomes.scenarios)
+    slow = len(conditions) + 2 * scenarios
     for number, condition in enumerate(conditions):
         # The slow part, done first so that it can be watched; the outcomes keep it.
         on_progress(number, slow)
@@ -128,6 +135,7 @@ def chapter_figures(
     if not conditions:
         return ChapterFigures(len(outcomes.scenarios), left_out, planners)
     threshold = {**OPTIONS, **run.configuration.options}["score_threshold"]
+    scenes = scenes_of(run.configuration)
     of_attacks = AttackFigures(
         decoupling=decoupling(outcomes),
         precision=precision_rows(outcomes),
@@ -137,7 +145,7 @@ def chapter_figures(
         seen=seen_rows(outcomes, threshold),
         ghosts=ghost_rows(
             outcomes,
-            scenes_of(run.configuration),
+            scenes,
             threshold,
             lambda done, _: on_progress(len(conditions) + done, slow),
         ),
@@ -147,5 +155,11 @@ def chapter_figures(
         trends=trend_rows(outcomes),
         rounding=rounding_rows(outcomes),
         flips=flips(outcomes),
+        families=family_figures(outcomes),
+        contested=contested_figures(
+            outcomes,
+            scenes.scenes.labelled,
+            lambda done, _: on_progress(len(conditions) + scenarios + done, slow),
+        ),
     )
     return ChapterFigures(len(outcomes.scenarios), left_out, planners, of_attacks)

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.side_area import RoadView
-from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats, project
 from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, Sampled
 from avsec_gym.metrics.estimate import Estimate
+from avsec_gym.metrics.ghosts import ghosts
 
 LANE_WIDTH = 3.5
 CORRIDOR = 1.5 * LANE_WIDTH
@@ -64,52 +64,21 @@ class GhostCount:
     side_area: float
 
 
-def ghosts(
-    detections: Boxes3D, truth: Boxes3D, *, overlap: float = 0.1, ignored: float = 0.5
+def in_corridor(
+    boxes: Boxes3D, half_width: float = CORRIDOR, middle: float = 0.0
 ) -> NDArray[np.bool_]:
-    """Detections that stand for nothing real, shape (N,).
-
-    A ghost overlaps no real object, of whatever category, by more than `overlap` (intersection
-    over union from above), so that a box that merely drifted is none; nor does its 2D box lie in a
-    region that is not to be cared about (DontCare), where real objects are not labelled.
-
-    Args:
-        detections: The detections of one frame.
-        truth: The scene's labels, DontCare regions among them.
-        overlap: Least intersection over union with a real object.
-        ignored: Least share of a 2D box in a DontCare region.
-    """
-    real = truth.category != "DontCare"
-    objects = truth[real]
-    iou = iou_from_above(detections, objects)
-    result: NDArray[np.bool_] = iou.max(axis=1, initial=0.0) < overlap
-    if truth.box2d is not None and detections.box2d is not None and not real.all():
-        share = _inside(detections.box2d, truth.box2d[~real])
-        result &= share.max(axis=1, initial=0.0) < ignored
-    return result
-
-
-def iou_from_above(boxes: Boxes3D, others: Boxes3D) -> Floats:
-    """Intersection over union of the footprints of every pair, shape (N, M)."""
-    one, other = (
-        ground_rectangles(some.location, some.dimensions, some.rotation_y)
-        for some in (boxes, others)
-    )
-    return rectangle_iou(one, other)
-
-
-def in_corridor(boxes: Boxes3D, half_width: float = CORRIDOR) -> NDArray[np.bool_]:
     """Whether footprints reach into the lanes that are driven on straight ahead, shape (N,).
 
     Args:
         boxes: The boxes in the camera frame.
         half_width: Half the width of the corridor, metres.
+        middle: Metres to the left of the camera at which the corridor's middle lies.
     """
     poses = boxes.poses
     sideways = (
         np.abs(np.sin(poses[:, 2])) * boxes.length + np.abs(np.cos(poses[:, 2])) * boxes.width
     )
-    return np.asarray(np.abs(poses[:, 1]) - sideways / 2 < half_width)
+    return np.asarray(np.abs(poses[:, 1] - middle) - sideways / 2 < half_width)
 
 
 def places(boxes: Boxes3D, view: RoadView, calibration: Calibration) -> list[GhostPlace]:
@@ -309,11 +278,3 @@ def _area(x: Floats, depth: Floats) -> float:
     """Of the squares that points lie in, m2."""
     across, ahead = (np.floor(values / _CELL).astype(np.int64) for values in (x, depth))
     return float(len(np.unique(across * 1_000_000 + ahead)) * _CELL**2)
-
-
-def _inside(boxes: Floats, regions: Floats) -> Floats:
-    """Share of each 2D box that lies in each region, shape (N, M)."""
-    low = np.maximum(boxes[:, None, :2], regions[None, :, :2])
-    high = np.minimum(boxes[:, None, 2:], regions[None, :, 2:])
-    common = np.prod(np.maximum(high - low, 0), axis=2)
-    return common / np.maximum(np.prod(boxes[:, 2:] - boxes[:, :2], axis=1), 1e-9)[:, None]

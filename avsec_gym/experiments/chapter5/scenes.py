@@ -37,8 +37,9 @@ OPTIONS: Options = {
     "stereo_rcnn": "",
 }
 """``frames``: folders with the scenarios' images, with commas, where --scenarios names the authors'
-labelled scenarios; ``motion``: see `Motion`; ``sanity_sheet``: whether losses are measured, and
-perturbed images looked at in whole grey levels as well, which takes a third of the time;
+labelled scenarios; ``motion``: see `Motion`, a classifier being the package's; ``sanity_sheet``:
+whether losses are measured, and perturbed images looked at in whole grey levels as well, which
+takes a third of the time;
 ``patches``: a folder of trained patches, and by the
 detectors' names their weights, instead of those of the package."""
 PYRAMID_OPTIONS = {**OPTIONS, WITHOUT_PYRAMID: ""}

@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor, iou_from_above
+from avsec_gym.experiments.chapter5.ghost_positions import (
+    in_corridor,
+)
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap
 from avsec_gym.metrics.estimate import Estimate
+from avsec_gym.metrics.ghosts import ghosts, iou_from_above
 
 MIN_OVERLAP = 0.5
 """Intersection over union from above with which a car counts as found."""

@@ -41,6 +41,11 @@ ATTACKS = (
     *GREY_PATCHES,
 )
 """All attacks, in the order of tables."""
+FAMILIES: Mapping[str, tuple[str, ...]] = {
+    "perturbations": PERTURBATIONS,
+    "patches": PATCHES + JOINT_PATCHES,
+}
+"""Attacks that work in the same way: by what they change of the images."""
 WHOLE_LEVELS = "8-bit"
 Options = Mapping[str, Any]
 """Options of a run, by the names of `avsec_gym.experiments.chapter5.scenes.OPTIONS`."""

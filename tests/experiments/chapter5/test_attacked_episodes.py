@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter5 import attacked_episodes
 from avsec_gym.experiments.chapter5.attacked_episodes import (
     AttackedEpisodes,
     attacked_cells,
     attacked_inputs,
+    with_known_motion,
 )
+from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.scenes import scenes_of
+from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.sensor_files import write_image
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
+from avsec_gym.perception.motion.classifier import MovingObjectClassifier
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.store import save_weights
+from avsec_gym.pipeline import Perception
 from avsec_gym.rig import kitti_rig
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
+from studies.chapter5.planned_anew import planned_anew
 
 ID = "000003"
 LABEL = "Car 0.00 0 -1.57 600.00 170.00 650.00 210.00 1.50 1.60 4.00 0.00 1.65 20.00 -1.57\n"
@@ -112,3 +123,98 @@ def test_without_the_sanity_sheet_there_are_neither_losses_nor_rounded_pixels(
 def test_unknown_attacks_are_refused(configuration: Configuration) -> None:
     with pytest.raises(ConfigurationError, match="no attack 'laser'"):
         AttackedEpisodes(configuration)("stereo_rcnn", "laser", ID)
+
+
+def seen_boxes(made: ModuleType) -> Boxes3D:
+    """Two that are planned on, one in the way of the car, and between them one that is not."""
+    return made.boxes(
+        made.car(z=14.0, score=0.9), made.car(x=2.0, z=18.0, score=0.1), made.car(x=3.5, score=0.8)
+    )
+
+
+class _Alternating:
+    """A classifier: of the boxes it gets, every other one moves, the first among them."""
+
+    def classify(self, boxes: Boxes3D, frame: SensorFrame) -> Boxes3D:
+        return replace(boxes, moving=np.arange(len(boxes)) % 2 == 0)
+
+
+@pytest.fixture
+def classifying(
+    configuration: Configuration, made: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> Configuration:
+    """A run with ``motion=classifier``, whose detector always sees the same."""
+    seen = seen_boxes(made)
+    detector = SimpleNamespace(name="dsgn", detect=lambda frame: seen)
+    monkeypatch.setattr(attacked_episodes, "trained_detector", lambda name, options: detector)
+    return replace(configuration, options={**configuration.options, "motion": "classifier"})
+
+
+def test_motion_is_that_of_the_packages_classifier(
+    classifying: Configuration, made: ModuleType
+) -> None:
+    (cell,) = attacked_cells(classifying, ("unattacked",), ("dsgn",))
+    result = AttackedEpisodes(classifying)(**cell.arguments)
+    assert {row.record.intention for row in result.episodes} == set(Intention)
+    scenes = scenes_of(classifying)
+    seen, (scene,) = seen_boxes(made), scenes.scenes.labelled
+    planned_on = seen.score >= 0.3
+    frame = scenes.frame(scene)
+    expected = MovingObjectClassifier().classify(seen[planned_on], frame).moving
+    (row,) = result.detections
+    assert row.boxes.moving is not None
+    np.testing.assert_array_equal(row.boxes.moving[planned_on], expected)
+    assert not row.boxes.moving[~planned_on].any()
+    # Nothing but these weights is needed beside what other motions take.
+    more = (
+        attacked_inputs(classifying).items()
+        - attacked_inputs(
+            replace(classifying, options={**classifying.options, "motion": "truth"})
+        ).items()
+    )
+    assert [path.name for _, path in more] == ["motion_small.safetensors"]
+
+
+def test_stored_detections_are_planned_on_anew_as_they_were(
+    classifying: Configuration, made: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the classified flags: without them the car in the way, which drives on, would stand."""
+    monkeypatch.setattr(attacked_episodes, "CLASSIFIER", _Alternating())
+    result = AttackedEpisodes(classifying)("dsgn", "unattacked", ID)
+    (row,) = result.detections
+    assert row.boxes.moving is not None
+    assert row.boxes.moving.tolist() == [True, False, False]
+    results, clean, scenes = made.MadeResults(), Condition("dsgn"), scenes_of(classifying)
+    results.seen[clean.setting, 0.0] = {ID: row.boxes}
+    results.episodes[clean.setting, 0.0, "astar"] = [each.record for each in result.episodes]
+    (scene,) = scenes.scenes.labelled
+    outcomes = Outcomes(results, {ID: scene.boxes})
+
+    def anew(boxes: Boxes3D) -> list[object]:
+        found = planned_anew(
+            outcomes,
+            scenes,
+            Motion.CLASSIFIER,
+            [clean],
+            {"same": lambda *_: boxes[boxes.score >= 0.3]},
+        )
+        return [record.to_json() for record in found[clean, "same"]]
+
+    stored = [each.record.to_json() for each in result.episodes]
+    assert anew(row.boxes) == stored
+    assert anew(replace(row.boxes, moving=np.zeros(3, bool))) != stored
+
+
+def test_flags_of_what_is_planned_on_are_kept(made: ModuleType) -> None:
+    seen = seen_boxes(made)
+    believed = replace(seen[[0, 2]], moving=np.array([False, True]))
+    found = with_known_motion(Perception(seen, believed, None), 0.3)
+    assert found.moving is not None
+    assert found.moving.tolist() == [False, False, True]
+    assert with_known_motion(Perception(seen, seen[[0, 2]], None), 0.3) is seen
+
+
+def test_a_mistyped_motion_is_refused_before_the_work(configuration: Configuration) -> None:
+    slip = replace(configuration, options={**configuration.options, "motion": "clasifier"})
+    with pytest.raises(ConfigurationError, match="no motion 'clasifier'"):
+        attacked_inputs(slip)

@@ -10,7 +10,6 @@ from avsec_gym.experiments.chapter5.ghost_positions import (
     GhostPlace,
     count_ghosts,
     ghost_summary,
-    ghosts,
     in_corridor,
     placed_ghosts,
     places,
@@ -45,25 +44,6 @@ def view(half_width=4.0, wall=None):
         road[rows, columns], side[rows, columns] = False, True
         disparity[rows, columns] = parallax / far
     return RoadView(road, side, disparity.astype(np.float32))
-
-
-def test_a_ghost_overlaps_nothing_real():
-    truth = cars((0, 20), (5, 30))
-    found = cars((0.5, 21), (0, 26), (-5, 20))  # Drifted; behind a real one; anywhere.
-    assert ghosts(found, truth).tolist() == [False, True, True]
-    assert ghosts(found, Boxes3D.empty()).all()
-    assert ghosts(Boxes3D.empty(), truth).shape == (0,)
-
-
-def test_other_categories_are_real_too():
-    assert not ghosts(cars((0, 20)), cars((0, 20), category="Van")).any()
-
-
-def test_what_lies_in_a_region_not_to_care_about_is_no_ghost():
-    region = cars((0, 500), category="DontCare", box2d=np.array([[100.0, 100, 200, 200]]))
-    inside, half, outside = [110, 110, 150, 150], [180, 110, 240, 150], [300, 110, 340, 150]
-    found = cars((0, 20), (3, 20), (6, 20), box2d=np.array([inside, half, outside], float))
-    assert ghosts(found, region).tolist() == [False, True, True]
 
 
 def test_the_corridor_takes_in_whatever_reaches_into_it():

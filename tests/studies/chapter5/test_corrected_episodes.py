@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import shapely
+import shapely.affinity
 
 from avsec_gym.attacks.attack import Victim
 from avsec_gym.attacks.patch import PatchAttack
@@ -19,8 +22,15 @@ from avsec_gym.pipeline import run_episode
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from studies.chapter5.corrected_episodes import AS_FOUND, CORRECTED, EVERYTHING, corrected_rows
+from studies.chapter5.corrected_episodes import (
+    AS_FOUND,
+    CORRECTED,
+    EVERYTHING,
+    GHOSTS_IN,
+    corrected_rows,
+)
 from studies.chapter5.costly_errors import CostlyErrors, page
+from studies.chapter5.ghost_lanes import GhostLane, ghost_lanes
 from studies.chapter5.headroom import NOTHING, TRUTH, headroom_rows
 
 CLEAN = Condition("dsgn")
@@ -115,3 +125,143 @@ def test_the_page_names_all(made: ModuleType) -> None:
     text = page(CostlyErrors(2, headroom, errors), "command")
     assert "the truth and a random patch’s ghost" in text
     assert "| DSGN | unattacked | " in text
+    assert "| ghosts, own lane corrected | ghosts, goal lane corrected |" in text
+    assert f"for all {len(CORRECTED) - 1} gains." in text
+    assert "\\* |" not in text
+    sure = [replace(row, p_holm=0.001) for row in errors if row.corrected == "misses"]
+    marked = page(CostlyErrors(2, headroom, [errors[0], *sure]), "command")
+    assert "\\* |" in marked
+    assert "Ghosts of one lane" not in marked
+
+
+def ghost_at(x: float) -> Boxes3D:
+    """A ghost as wide as a lane, its middle so far to the right of the camera."""
+    return replace(GHOST, location=GHOST.location + np.array([x, 0.0, 0.0]))
+
+
+@pytest.mark.parametrize(
+    ("x", "lanes"),
+    [
+        (0.0, ("own lane", "own lane", "own lane")),
+        (-3.5, ("goal lane", "elsewhere", "elsewhere")),
+        (3.5, ("elsewhere", "elsewhere", "goal lane")),
+        (-9.0, ("elsewhere", "elsewhere", "elsewhere")),
+        (-1.8, ("own lane", "own lane", "own lane")),
+    ],
+)
+def test_ghosts_are_dropped_lane_by_lane(
+    made: ModuleType, x: float, lanes: tuple[str, str, str]
+) -> None:
+    """As many episodes become safe as there are intentions in whose lane it stands."""
+    nothing, ghost = made.car()[:0], ghost_at(x)
+    safe = safe_by_kind(made, nothing, ghost)
+    scene = Scene(NAMES[0], nothing, "street")
+    for lane in GhostLane:
+        episodes = [
+            run_episode(
+                scene,
+                way,
+                nothing if lanes[number] == lane else ghost,
+                motion=Motion.STATIC,
+            ).record.safe
+            for number, way in enumerate(Intention)
+        ]
+        assert safe[GHOSTS_IN[lane]] == pytest.approx(np.mean(episodes)), lane
+
+
+def test_lanes_agree_with_polygons() -> None:
+    random = np.random.default_rng(4)
+    count = 400
+    location = np.column_stack(
+        [random.uniform(-8, 8, count), np.full(count, 1.65), random.uniform(5, 30, count)]
+    )
+    size = np.column_stack(
+        [np.full(count, 1.5), random.uniform(0.5, 3, count), random.uniform(0.5, 6, count)]
+    )
+    boxes = Boxes3D(
+        location, size, random.uniform(-np.pi, np.pi, count), np.ones(count), ["Car"] * count
+    )
+    feet = [
+        shapely.affinity.translate(
+            shapely.affinity.rotate(
+                shapely.box(-length / 2, -width / 2, length / 2, width / 2),
+                heading,
+                origin=(0, 0),
+                use_radians=True,
+            ),
+            x,
+            y,
+        )
+        for (x, y, heading), length, width in zip(
+            boxes.poses, boxes.length, boxes.width, strict=True
+        )
+    ]
+    strips = {
+        Intention.LEFT: shapely.box(-50, 1.75, 50, 5.25),
+        Intention.STRAIGHT: shapely.box(-50, -1.75, 50, 1.75),
+        Intention.RIGHT: shapely.box(-50, -5.25, 50, -1.75),
+    }
+    for way in Intention:
+        expected = [
+            GhostLane.OWN
+            if foot.intersects(strips[Intention.STRAIGHT])
+            else GhostLane.GOAL
+            if foot.intersects(strips[way])
+            else GhostLane.ELSEWHERE
+            for foot in feet
+        ]
+        assert ghost_lanes(boxes, way) == expected
+        assert {*expected} == {*GhostLane} - ({GhostLane.GOAL} if way == "straight" else set())
+
+
+def test_the_joint_patch_is_corrected_too_and_its_gain_is_sure_where_many_scenarios_gain(
+    made: ModuleType,
+) -> None:
+    joint = Condition("dsgn", "joint-random")
+    results, names = made.MadeResults(), made.names(12)
+    results.add(CLEAN, names)
+    results.add(joint, names, extra=GHOST)
+    empty = made.car()[:0]
+    results.seen[CLEAN.setting, 0.0] = dict.fromkeys(names, empty)
+    results.seen[joint.setting, 0.0] = dict.fromkeys(names, GHOST)
+    outcomes = Outcomes(results, dict.fromkeys(names, empty))
+    scenes = SimpleNamespace(
+        scenes=SimpleNamespace(labelled=[Scene(name, empty, "street") for name in names])
+    )
+    rows = corrected_rows(outcomes, scenes, Motion.STATIC, 0.3)  # type: ignore[arg-type]
+    p = {(row.condition, row.corrected): row.p_holm for row in rows}
+    assert p[joint, AS_FOUND] is None
+    # All twelve gain, of fourteen corrections.
+    assert p[joint, GHOSTS_IN[GhostLane.OWN]] == pytest.approx(14 * 2 / 2**12)
+    assert p[joint, GHOSTS_IN[GhostLane.ELSEWHERE]] == p[CLEAN, "ghosts"] == 1
+
+
+def test_motion_that_was_classified_stays_as_it_was_found(made: ModuleType) -> None:
+    """A drifted box is moved to its car with its own flag; what was missed has the label's."""
+    near, far = made.car(z=11.0), made.car(x=3.5, z=14.0)
+    truth = replace(made.boxes(near, far), moving=np.array([True, True]))
+    seen = replace(made.car(x=1.2, z=11.0), moving=np.array([False]))
+    results = made.MadeResults()
+    results.add(CLEAN, NAMES)
+    results.seen[CLEAN.setting, 0.0] = dict.fromkeys(NAMES, seen)
+    outcomes = Outcomes(results, dict.fromkeys(NAMES, truth))
+    scenes = scenes_with(truth)
+    rows = corrected_rows(outcomes, scenes, Motion.CLASSIFIER, 0.3)
+    safe = {row.corrected: row.rates.safe_driving_rate for row in rows}
+
+    def driven_on(believed: Boxes3D) -> float:
+        return float(
+            np.mean(
+                [
+                    run_episode(scene, way, believed, motion=Motion.CLASSIFIER).record.safe
+                    for scene in scenes.scenes.labelled
+                    for way in Intention
+                ]
+            )
+        )
+
+    stands = replace(near, moving=np.array([False]))
+    drives_on = replace(far, moving=np.array([True]))
+    assert safe["places"] == driven_on(stands)
+    assert safe["misses"] == driven_on(Boxes3D.concatenate([seen, drives_on]))
+    assert safe[EVERYTHING] == driven_on(truth)

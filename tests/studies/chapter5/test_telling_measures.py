@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -11,8 +12,12 @@ import pytest
 from scipy.stats import spearmanr
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.json_rows import row_json, row_of
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.safety_weighted_recall import safety_weighted_recall
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.case_measures import (
     CARS_FOUND,
@@ -33,6 +38,7 @@ from studies.chapter5.telling_measures import (
     PRECISION,
     MeasureRow,
     compared_attacks,
+    corrected,
     telling_rows,
 )
 from studies.chapter5.telling_page import TellingMeasures, page
@@ -188,14 +194,73 @@ def test_a_case_by_hand(made: ModuleType, seen: str, expected: dict[str, float])
     assert straight[CONTACT_AGREEMENT][1] == straight[CONTACT_RECALL][1]
 
 
+def test_differences_from_average_precision_are_corrected_for_all_rows(made: ModuleType) -> None:
+    outcomes, cases = measured(made)
+    for rows in (telling_rows(outcomes, cases), flip_rows(outcomes, cases)):
+        compared = [row for row in rows if row.more.value is not None and row.measure != PRECISION]
+        assert compared
+        assert {row.p_holm is None for row in compared} == {False}
+        assert all(row.p_holm is None for row in rows if row not in compared)
+        assert all(row.p_holm == 1 for row in compared if row.more.value == 0)
+    # Holm's by its definition, step by step.
+    p = [0.001, np.nan, 0.04, 0.02]
+    assert corrected(p) == [pytest.approx(0.003), None, pytest.approx(0.04), pytest.approx(0.04)]
+
+
+def test_found_by_time_to_contact_is_the_recall_that_the_command_shows(made: ModuleType) -> None:
+    outcomes, cases = measured(made)
+    for condition in (CLEAN, *ATTACKS):
+        labels, seen = [*outcomes.labels.values()], outcomes.detections(condition)
+        found = safety_weighted_recall(labels, seen)
+        part, whole = cases[condition][CONTACT_RECALL].sum(axis=(0, 1))
+        assert found.recall.value == pytest.approx(part / whole)
+
+        def must_not_be_missed(real: Boxes3D, intention: Intention) -> Floats:
+            scene = Scene("", real, "street")
+            return contested_objects(scene, intention, motion=Motion.STATIC).astype(float)
+
+        contested = safety_weighted_recall(labels, seen, weigh=must_not_be_missed)
+        part, whole = cases[condition][CONTESTED].sum(axis=(0, 1))
+        assert contested.recall.value == pytest.approx(part / whole)
+
+
+def test_motion_by_a_classifier_is_measured_with_the_flags_that_it_gave(made: ModuleType) -> None:
+    """A car that is taken to drive on is not in the way."""
+    near = made.car(z=12.0, score=0.9)
+    results = made.MadeResults()
+    results.add(CLEAN, NAMES[:2])
+    results.seen[CLEAN.setting, 0.0] = {
+        name: replace(near, moving=np.array([moves]))
+        for name, moves in zip(NAMES, (False, True), strict=False)
+    }
+    outcomes = Outcomes(results, dict.fromkeys(NAMES[:2], near))
+    scenes = [Scene(name, near, "street") for name in NAMES[:2]]
+    found = case_measures(outcomes, scenes, Motion.CLASSIFIER, (CLEAN,), 0.3)[CLEAN]
+    divergence = -found[PLANNING_KL][:, 1, 0]
+    assert divergence[0] == 0
+    assert divergence[1] > 0.1
+
+
 def test_page_and_picture_are_made_of_the_rows(made: ModuleType, tmp_path: Path) -> None:
     outcomes, cases = measured(made)
-    result = TellingMeasures(
+    result = TellingMeasures.of(
         len(outcomes.scenarios), telling_rows(outcomes, cases), flip_rows(outcomes, cases)
     )
     found = row_of(TellingMeasures, json.loads(json.dumps(row_json(result), allow_nan=False)))
     assert found.measures[0] == result.measures[0]
     text = page(found, "command")
+    assert text == page(result, "command")
+    assert "## The measure that works best" in text
+    assert "works best: ρ 1.00" in text
+    assert "| p, corrected |" in text
+    assert "not corrected" not in text
+    earlier = TellingMeasures(
+        result.scenarios,
+        [replace(row, p_holm=None) for row in result.measures],
+        [replace(row, p_holm=None) for row in result.flips],
+    )
+    assert "works best" not in page(earlier, "command")
+    assert "not corrected for the number of rows" in page(earlier, "command")
     assert "| cars in reach found | DSGN | all | 4 | 1.00 (" in text
     assert "| DSGN | perturbations | 30 in 4 scenes, 120 | 1.00 (" in text
     path = tmp_path / "telling.png"

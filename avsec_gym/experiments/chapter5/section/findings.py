@@ -38,7 +38,7 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         with request.progress("reading") as shown:
             figures = chapter_figures(run, outcomes, shown)
     attacks = figures.of_attacks if figures else None
-    worded = answer(attacks.decoupling) if attacks else None
+    worded = answer(attacks.decoupling, attacks.families) if attacks else None
     spread = spread_rows(run)
     strips, no_strips = strips_of(run, outcomes, request)
     maps, no_maps = maps_of(run, spread, request)

@@ -21,13 +21,13 @@ from avsec_gym.drawing.episode_drawing import draw_episode_from_above
 from avsec_gym.drawing.turnable_scene.page_part import turnable_part
 from avsec_gym.drawing.turnable_scene.scene_data import DrivenBelief, turnable_scene
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.section.telling_scenes import Telling
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, box_corners
 from avsec_gym.kitti.labels import DONT_CARE
+from avsec_gym.metrics.ghosts import ghosts
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import PipelineRun
 from avsec_gym.scenario.intention import Intention

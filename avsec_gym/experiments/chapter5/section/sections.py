@@ -22,6 +22,7 @@ from avsec_gym.drawing.turnable_scene.page_part import (
     style_and_script as turnable_style_and_script,
 )
 from avsec_gym.experiments.chapter5.decoupling import Decoupling, RankCorrelation
+from avsec_gym.experiments.chapter5.families import FamilyFigures
 from avsec_gym.experiments.chapter5.figures import AttackFigures, ChapterFigures
 from avsec_gym.experiments.chapter5.patch_spreads import SpreadRow
 from avsec_gym.experiments.chapter5.pyramid import PyramidRow
@@ -38,6 +39,13 @@ from avsec_gym.experiments.chapter5.section.tables_beyond import (
     rounding_table,
     seen_table,
     trend_table,
+)
+from avsec_gym.experiments.chapter5.section.tables_families import (
+    compared_table,
+    contested_family_table,
+    contested_loss_table,
+    contested_rate_table,
+    family_table,
 )
 from avsec_gym.experiments.chapter5.section.tables_of_thesis import tables_of_thesis
 from avsec_gym.experiments.chapter5.section.tables_why import (
@@ -71,7 +79,10 @@ def answer_of(worded: WordedAnswer, decoupling: Decoupling) -> Answer:
         " moderate, 11 recall points), of a specific patch the mean over the intentions; safe"
         " driving over left, straight and right.",
     )
-    cases = [AnswerOn(each.name, each.evidence, each.took) for each in worded.detectors]
+    cases = [
+        AnswerOn(each.name, each.evidence, [*each.took, *each.families])
+        for each in worded.detectors
+    ]
     both = decoupling.rank_correlation["both"]
     together = ""
     if both.rho is not None:
@@ -123,6 +134,8 @@ def sections_of(figures: ChapterFigures) -> list[Section]:
             context=_correlation(found.decoupling.rank_correlation["both"]),
             text_tables=[loss_table(exact), seen],
         ),
+        _family_section(found.families),
+        *_contested_section(found),
         _precision_section(found, [table for table in of_thesis if _is_of_precision(table)]),
         _safety_section(
             found.safety, [table for table in of_thesis if not _is_of_precision(table)]
@@ -162,6 +175,42 @@ def spread_section(
     if not rows and not pyramid:
         return []
     return [Section("spread", "How far a patch spreads", parts=parts, link="Spread of a patch")]
+
+
+def _family_section(families: FamilyFigures) -> Section:
+    return Section(
+        "families",
+        "Within families of attacks",
+        parts=[
+            family_table(families),
+            *([compared_table(families.compared)] if families.compared else []),
+        ],
+        link="Families",
+        context="Perturbations take cars, patches add ghosts: whether precision tells of safety is"
+        " asked within each, and what a point of precision costs in each.",
+    )
+
+
+def _contested_section(found: AttackFigures) -> list[Section]:
+    """None where no scene of the run is contested."""
+    contested = found.contested
+    if contested is None:
+        return []
+    tables = [
+        contested_rate_table(contested),
+        contested_loss_table(found.decoupling.attacks, contested.decoupling.attacks),
+        contested_family_table(found.families, contested.families),
+    ]
+    return [
+        Section(
+            "contested",
+            "Where it matters what a car sees",
+            parts=tables,
+            link="Contested scenes",
+            context="In most scenes a car that sees nothing drives as safely as one that sees all."
+            f" In {contested.episodes:,} episodes of {contested.scenarios:,} scenes it does not.",
+        )
+    ]
 
 
 def _precision_section(found: AttackFigures, tables: Sequence[Table]) -> Section:

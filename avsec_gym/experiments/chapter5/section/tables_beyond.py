@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name, number, p_value
+from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name, p_value
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.controls import ControlRow, RoundingRow, TrendRow
 from avsec_gym.experiments.chapter5.decoupling import AttackRow
 from avsec_gym.experiments.chapter5.flips import Flip
-from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.patch_effects import PatchEffectRow
+from avsec_gym.experiments.chapter5.section.condition_cells import condition_names, count_cell
 from avsec_gym.experiments.chapter5.section.estimate_cell import estimate_cell
 from avsec_gym.experiments.chapter5.seen import SeenRow
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, TEXTURE_ATTACKED, UNATTACKED
@@ -23,12 +23,12 @@ def loss_table(rows: Sequence[AttackRow]) -> Table:
     """What every attack takes, and which episodes it turns."""
     lines = [
         [
-            *_names(row.condition),
+            *condition_names(row.condition),
             estimate_cell(row.precision_lost),
             estimate_cell(row.safety_lost),
-            _count(row.paired.became_unsafe if row.paired else None),
-            _count(row.paired.became_safe if row.paired else None),
-            _count(row.paired.episodes if row.paired else None),
+            count_cell(row.paired.became_unsafe if row.paired else None),
+            count_cell(row.paired.became_safe if row.paired else None),
+            count_cell(row.paired.episodes if row.paired else None),
         ]
         for row in rows
     ]
@@ -47,11 +47,11 @@ def paired_table(rows: Sequence[SafetyRow]) -> Table:
     """Safe driving under each attack against unattacked, scenario by scenario."""
     lines = [
         [
-            *_names(row.condition),
+            *condition_names(row.condition),
             name(row.intention),
             estimate_cell(row.paired.safe_driving_rate, scale=100, signed=True),
-            _count(row.paired.became_unsafe),
-            _count(row.paired.became_safe),
+            count_cell(row.paired.became_unsafe),
+            count_cell(row.paired.became_safe),
             TableCell(p_value(row.paired.mcnemar_p), key=row.paired.mcnemar_p),
             TableCell(p_value(row.mcnemar_p_holm), key=row.mcnemar_p_holm),
         ]
@@ -74,7 +74,7 @@ def seen_table(rows: Sequence[SeenRow]) -> Table:
     """Why: cars that are still found, ghosts in the driven lanes and beside them."""
     lines = [
         [
-            *_names(row.condition),
+            *condition_names(row.condition),
             estimate_cell(row.cars_found, scale=100),
             estimate_cell(row.ghosts_in_lanes, digits=2),
             estimate_cell(row.ghosts_beside, digits=2),
@@ -96,8 +96,8 @@ def patch_effect_table(rows: Sequence[PatchEffectRow]) -> Table:
     """Why: how often the ghost of a patch is seen, and what it does then."""
     lines = [
         [
-            *_names(row.condition),
-            _count(row.episodes),
+            *condition_names(row.condition),
+            count_cell(row.episodes),
             *(
                 estimate_cell(share, scale=100)
                 for share in (row.seen, row.unsafe_seen, row.unsafe_unseen)
@@ -130,7 +130,7 @@ def control_table(rows: Sequence[ControlRow]) -> Table:
             aim = f"{towards[row.loss_towards]}, {aims[row.aim]}"
         lines.append(
             [
-                *_names(row.condition),
+                *condition_names(row.condition),
                 name(aim),
                 figure(row.loss_before, digits=3),
                 figure(row.loss_after, digits=3),
@@ -179,7 +179,7 @@ def rounding_table(rows: Sequence[RoundingRow]) -> Table:
     """8 bits against float."""
     lines = [
         [
-            *_names(row.condition),
+            *condition_names(row.condition),
             figure(row.precision_float),
             figure(row.precision_8_bit),
             estimate_cell(row.precision_difference, signed=True),
@@ -230,12 +230,3 @@ def flip_table(rows: Sequence[Flip]) -> Table:
         "At the largest n where there are several. Attacks in 8 bits are in the JSON only.",
         names=7, sortable=True, filters=(0, 1, 3, 5),
     )  # fmt: skip
-
-
-def _names(condition: Condition) -> list[TableCell]:
-    attack = attack_name(condition.attack, condition.strength, condition.whole_levels)
-    return [name(detector_name(condition.detector)), name(attack)]
-
-
-def _count(value: int | None) -> TableCell:
-    return TableCell(UNKNOWN) if value is None else TableCell(number(value, digits=0), key=value)

@@ -9,7 +9,9 @@ from functools import cache
 from itertools import product
 
 from avsec_gym.experiments.chapter5.flips import Flip, flips
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor
+from avsec_gym.experiments.chapter5.ghost_positions import (
+    in_corridor,
+)
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.experiments.chapter5.settings import (
@@ -19,6 +21,7 @@ from avsec_gym.experiments.chapter5.settings import (
     TEXTURE_ATTACKED,
 )
 from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.ghosts import ghosts
 from avsec_gym.scenario.intention import Intention
 
 COLLAPSE = "the strongest perturbation hides most cars, and yet all three episodes stay safe"

@@ -10,23 +10,23 @@ import numpy as np
 
 from avsec_gym.box_overlap import box_iou
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts
-from avsec_gym.experiments.chapter5.outcomes import CATEGORY
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.ghosts import ghosts
 
 
-def scene_precision(labels: Boxes3D, seen: Boxes3D, min_iou: float) -> float:
+def scene_precision(labels: Boxes3D, seen: Boxes3D, min_iou: float, category: str = "Car") -> float:
     """The area under the precision-recall curve of a scene's cars, interpolated at all points.
 
     Args:
         labels: The labels of the scene, DontCare regions among them; all cars count, however far.
         seen: The detections; cars count, and those in DontCare regions are not held against it.
         min_iou: Least intersection over union of volumes with which a detection finds a car.
+        category: The class that counts, if it is not that of cars.
 
     Returns:
         From 0 to 1; NaN without a car.
     """
-    cars, found = labels[labels.category == CATEGORY], seen[seen.category == CATEGORY]
+    cars, found = labels[labels.category == category], seen[seen.category == category]
     if not len(cars):
         return np.nan
     order = np.argsort(-found.score, kind="stable")

@@ -7,6 +7,7 @@ import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.collision_check import first_contact
+from avsec_gym.metrics.trajectory_bundle import trajectory_bundle
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitives import suitable_primitives
 from avsec_gym.planners.vehicle import BMW_320I
@@ -15,7 +16,6 @@ from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import PlanningScenario
-from studies.chapter5.trajectory_bundle import trajectory_bundle
 
 CAR = ([14.0, 0.5, 0.3], 4.0, 1.8, 0.0)
 AHEAD = ([16.0, 3.0, 0.0], 4.2, 1.7, 7.0)

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from avsec_gym.metrics.collision_check import first_contact
-from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import PlanningScenario
-from studies.chapter5.planning_kl import (
+from avsec_gym.metrics.planning_kl import (
     CELL,
     CONTACT,
     TEMPERATURE,
     planning_kl,
     summed_divergence,
 )
-from studies.chapter5.trajectory_bundle import trajectory_bundle
-from tests.studies.chapter5.test_trajectory_bundle import BEHIND, CAR, scenario
+from avsec_gym.metrics.trajectory_bundle import trajectory_bundle
+from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import PlanningScenario
+from tests.metrics.test_trajectory_bundle import BEHIND, CAR, scenario
 
 WALL = ([15.0, 0.0, 0.0], 10.0, 20.0, 0.0)
 

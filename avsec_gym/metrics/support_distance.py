@@ -18,11 +18,10 @@ import numpy as np
 
 from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.geometry import Floats, rectangle_corners
+from avsec_gym.metrics.ghosts import SAME
 
 MISSED = 2.0
 """Metres: the error of what is missed or invented, and the largest of what is found."""
-SAME = 0.1
-"""Intersection over union from above with which a box means an object."""
 _NEAREST = 1.0
 """Metres: distance below which an object weighs no more."""
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import PlanningScenario
-from studies.chapter5.contact_recall import (
+from avsec_gym.metrics.contact_recall import (
     ContactWeights,
     contact_weights,
     straight_way,
 )
-from tests.studies.chapter5.test_trajectory_bundle import scenario
+from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import PlanningScenario
+from tests.metrics.test_trajectory_bundle import scenario
 
 
 def weights(*cars: tuple[list[float], float, float, float], **kwargs: Intention) -> list[float]:

@@ -6,10 +6,10 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.evaluation.contested import is_contested
+from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
-from studies.chapter5.contested_objects import contested_objects
 
 
 def scene(*poses: list[float], category: str = "Car") -> Scene:
