@@ -53,6 +53,10 @@ class SensorPerception:
         needs: What of a frame they read.
     """
 
+    frame_by_frame = True
+    """What it perceives depends on that frame alone, so that frames nobody reads can be left out;
+    a `DrivePerception` without this attribute perceives every frame."""
+
     def __init__(self, pipeline: Pipeline, needs: SensorNeeds = SensorNeeds()) -> None:
         self.pipeline, self.needs = pipeline, needs
         self._seed = 0

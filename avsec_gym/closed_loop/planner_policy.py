@@ -121,20 +121,29 @@ class PlannerPolicy:
         self._intention, self.decisions = intention, []
         self._changes_until = None
 
-    def drive(self, state: EgoState, belief: Belief) -> tuple[float, float]:
+    def drive(
+        self, state: EgoState, belief: Belief, now: float | None = None
+    ) -> tuple[float, float]:
         """Acceleration (m/s2) and steering angle (rad, to the left) until the next call.
 
         Args:
             state: The state that the car has really reached.
-            belief: The car's present belief.
+            belief: The car's last belief; where a plan is due, that of the present.
+            now: Seconds since the start of the drive; None: the time of the belief.
         """
-        due = not self.decisions or (belief.time - self.decisions[-1].time > self.replanning - 1e-6)
+        now = belief.time if now is None else now
+        due = not self.decisions or now > self.next_plan - 1e-6
         if due or (belief.stops and self.decisions[-1].ambition != Ambition.STOP):
             self.decisions.append(self._decision(state, belief))
         decision = self.decisions[-1]
         trajectory = decision.plan.trajectory
         assert trajectory is not None
-        return follow(trajectory, belief.time - decision.time, state)
+        return follow(trajectory, now - decision.time, state)
+
+    @property
+    def next_plan(self) -> float:
+        """When the next plan is due, seconds since the start of the drive; 0 before the first."""
+        return self.decisions[-1].time + self.replanning if self.decisions else 0.0
 
     def _decision(self, state: EgoState, belief: Belief) -> Replanning:
         problem = self._problem(state, belief, ())

@@ -63,7 +63,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     track), 4.508 x 1.610 m, and never rolls backwards.
 
     `avsec_gym.envs.planner_driver.PlannerDriver` plays it by a motion planner that replans every
-    0.5 s.
+    0.5 s.  Sensors are then rendered at each replanning alone: what the planner does not read is
+    left out, and beliefs, observations and alarms in between are those of the last replanning.
 
     ## Observation
     `Box(-1, 1, (157,), float32)`: 13 numbers about the car, values cut at 1: speed / 25 m/s; angle
@@ -158,6 +159,10 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._scenes: LoopScenes | None = None
         self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""
+        self.unread_until = 0.0
+        """Seconds since the start before which nobody reads a belief; a driver sets it for one step.
+
+        A perception that is `frame_by_frame` leaves such frames out."""
         self._ready = False
         self.intention = Intention.STRAIGHT
         super().__init__(config=config, render_mode=render_mode)
@@ -268,6 +273,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._elapsed = 0
         self._progress = self._before = 0.0
         self.perception.begin(int(self.np_random.integers(2**31)))
+        self.unread_until = 0.0
         self._perceive()
 
     @property
@@ -328,6 +334,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         return self.traffic.around(self.state, self.elapsed, self.intention)
 
     def _perceive(self) -> None:
+        unread, self.unread_until = self.elapsed < self.unread_until - 1e-6, 0.0
+        if unread and getattr(self.perception, "frame_by_frame", False):
+            return
         surroundings = self.surroundings()
         perceived = self.perception.perceive(surroundings)
         self.belief: Belief = belief_of(perceived, surroundings, self.motion)

@@ -15,6 +15,7 @@ from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.belief import belief_of
 from avsec_gym.closed_loop.loop_scenes import DRIVES
 from avsec_gym.closed_loop.perception import BlindPerception, DrivePerception, TruthPerception
+from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.traffic import RECORDED
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.actions import checked_action
@@ -109,7 +110,8 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     ## Info
     What `avsec/ClosedLoop-v0` reports of the drive; `is_success` (the attack counts),
     `unattacked_safe` (the drive is safe without it), `frames` and `energy` (spent), `alarm` (of the
-    last frame), `alarms` (frames with one); and of ``ghost`` `ghosts` and `hidden` (up now), of
+    last frame), `alarms` (frames with one; of sensors a planner has only those frames perceived that it
+    plans on); and of ``ghost`` `ghosts` and `hidden` (up now), of
     ``facula`` `camera` (-1: off) and `radius` (pixels), of ``spoofed_scan`` `width` and `height`
     (metres).
 
@@ -238,7 +240,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         if self._driven_on is None:
             raise gym.error.ResetNeeded("call reset before step")
         self._action = checked_action(action, self.attack.action_size)
-        effort = self.attack.act(self._action, self._seen.around)
+        effort = self.attack.act(self._action, self._around)
         if not self._spent.allows(effort, self.budget):
             self.attack.begin()
             effort = 0.0
@@ -246,7 +248,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         # The driver acts on what it believed before; then the car perceives the attacked frame.
         driving, _ = self.driver.predict(self._driven_on, deterministic=True)
         self._driven_on, _, terminated, truncated, info = self.drive.step(driving)
-        self._alarms += self._seen.alarm
+        self._alarms += self._seen.alarm and self._is_perceived
         reward = float(self._succeeds()) - self.budget.price * effort / self.budget.energy
         return self._observe(), reward, terminated, truncated, self._info(info)
 
@@ -278,6 +280,16 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             "so there is nothing to attack: name other scenes, or another perception or driver"
         )
 
+    @property
+    def _is_perceived(self) -> bool:
+        """Whether the car has perceived the present frame."""
+        return self._seen.around.time == self.drive.elapsed
+
+    @property
+    def _around(self) -> Surroundings:
+        """The truth around the car at the present instant."""
+        return self._seen.around if self._is_perceived else self.drive.surroundings()
+
     def _succeeds(self) -> bool:
         """Whether a safe drive became unsafe by the car's own fault, in spite of the validator."""
         record = self.drive.record
@@ -286,7 +298,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         return is_to_blame(record) and not (self.drives_on_at_alarms and self._alarms)
 
     def _observe(self) -> NDArray[np.float32]:
-        drive, around = self.drive, self._seen.around
+        drive, around = self.drive, self._around
         truth = belief_of(TruthPerception().perceive(around), around, Motion.TRUTH)
         acceleration, steering = drive.controls
         happened = [

@@ -86,6 +86,8 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (OWN + EACH * _OBJECTS,), np.float32)
         self.shared, self.perception, self.planner = shared, perception, planner
         self.duration = shared.duration
+        self.unread_until = 0.0
+        """Not used: every frame is perceived, which costs little here."""
         self.drive: LightDrive | None = None
         """The present drive; each reset begins another one."""
         self.controls = (0.0, 0.0)

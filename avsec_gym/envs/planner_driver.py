@@ -16,7 +16,10 @@ from avsec_gym.errors import ConfigurationError
 class PlannerDriver:
     """A planner that drives `avsec/ClosedLoop-v0`: it replans, and follows its plan in between.
 
-    It plans on what the car believes, from the state that the car has really reached.
+    It plans on what the car believes, from the state that the car has really reached.  Between two
+    plans it reads no belief: a car that perceives frame by frame, by its sensors, leaves the frames
+    in between out, and keeps its last belief where it was in the world.  An alarm of a validator
+    then comes at the next replanning.
 
     Args:
         environment: The environment that is driven, with continuous actions.
@@ -68,7 +71,8 @@ class PlannerDriver:
         if self._drive is not played.drive:
             self._drive = played.drive
             self.policy.begin(played.scene, played.intention)
-        acceleration, steering = self.policy.drive(played.state, played.belief)
+        acceleration, steering = self.policy.drive(played.state, played.belief, played.elapsed)
+        played.unread_until = self.policy.next_plan
         # highway-env steers to the right.
         wanted = zip((acceleration, -steering), played.action_ranges, strict=True)
         action = np.array([_scaled(value, *span) for value, span in wanted], np.float32)

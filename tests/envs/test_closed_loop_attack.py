@@ -208,6 +208,42 @@ def test_an_alarm_takes_the_success_of_a_car_that_drives_on(response: str | None
     assert info["is_success"] == (response is not None)
 
 
+class Clock(DriveAttack):
+    """Does nothing, and notes the truth's time at every action."""
+
+    action_size, state_size, facts = 1, 1, {}  # noqa: RUF012
+
+    def __init__(self) -> None:
+        self.times: list[float] = []
+
+    def begin(self) -> None:
+        """Nothing is up."""
+
+    def act(self, action: np.ndarray, around: Surroundings) -> float:
+        self.times.append(around.time)
+        return 0.0
+
+    def state(self, around: Surroundings) -> np.ndarray:
+        return np.zeros(1)
+
+
+class WatchedFrames(Watched):
+    """One of sensors: frames that nobody reads may be left out."""
+
+    frame_by_frame = True
+
+
+def test_alarms_come_with_the_frames_that_are_perceived_and_attacks_see_every_instant() -> None:
+    """The planner reads a frame in five: 17 of 81, the start's among them."""
+    for watched, alarms in ((Watched(), 81), (WatchedFrames(), 17)):
+        clock: Any = Clock()
+        env = made(scenarios=LEAD, perception=watched, kind=clock, **WHOLE_TIME)
+        _, info = play(env, np.ones(1), intention="straight")
+        steps = len(clock.times)
+        np.testing.assert_allclose(clock.times, 0.1 * np.arange(steps))
+        assert info["alarms"] == (steps + 1 if alarms == 81 else steps // 5 + 1)
+
+
 class Still:
     """An agent that holds the wheel straight and its speed."""
 
