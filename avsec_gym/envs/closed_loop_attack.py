@@ -95,13 +95,16 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     pi.  Of each hide, above 0: hide the object nearest to a place, ahead and left as for ghosts.
     Places count when something is put up; to move a ghost, take it down first.  ``facula``, 5
     numbers: on; the right camera if above 0, else the left; ahead and left of the object that
-    carries the laser; radius.  ``spoofed_scan``, 5 numbers: up; ahead and left; width; height.  All
-    is scaled linearly; the classes in `avsec_gym.closed_loop.attack` state the ranges.
+    carries the laser; radius.  ``spoofed_scan``, 5 numbers: up; ahead and left; width; height.
+    ``patch``, 5 numbers: up; on the vehicle nearest to a place if above 0, else at the place
+    itself; ahead and left; diameter.  All is scaled linearly; the classes in
+    `avsec_gym.closed_loop.attack` state the ranges.
 
     ## Reward
     1 when the attack counts, less 0.1 times the share of the energy that the frame took.  A frame
-    takes 1 where all ghosts are up and all hides used, in proportion less for fewer; of a spot or a
-    plane its area, as a share of the largest.  An action beyond the budget takes everything down.
+    takes 1 where all ghosts are up and all hides used, in proportion less for fewer; of a spot, a
+    plane or a poster its area, as a share of the largest.  An action beyond the budget takes
+    everything down.
 
     ## Episode end
     As the drive: terminated at the goal, at a collision and off the road; truncated when the time
@@ -110,16 +113,17 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     ## Info
     What `avsec/ClosedLoop-v0` reports of the drive; `is_success` (the attack counts),
     `unattacked_safe` (the drive is safe without it), `frames` and `energy` (spent), `alarm` (of the
-    last frame), `alarms` (frames with one; of sensors a planner has only those frames perceived that it
-    plans on); and of ``ghost`` `ghosts` and `hidden` (up now), of
-    ``facula`` `camera` (-1: off) and `radius` (pixels), of ``spoofed_scan`` `width` and `height`
-    (metres).
+    last frame), `alarms` (frames with one; where sensors are read, a planner has only those frames
+    perceived that it plans on); and of ``ghost`` `ghosts` and `hidden` (up now), of ``facula``
+    `camera` (-1: off) and `radius` (pixels), of ``spoofed_scan`` `width` and `height` (metres), of
+    ``patch`` `diameter` (metres) and `carried` (1: by a vehicle).
 
     ## Arguments
     * `kind="ghost"`: what the attacker can do.  Also `{"name": "ghost", "ghosts": 2, "hides": 0,
       "ahead": [5, 45], "left": [-8, 8]}`; `"facula"` (a laser on a real object, which tracks the
-      car's camera) and `"spoofed_scan"` (bogus LiDAR points at a place), which need
-      `perception="sensors"` and `scenarios="drives"`; or a live
+      car's camera), `"spoofed_scan"` (bogus LiDAR points at a place) and `"patch"` (a poster on a
+      vehicle or at the roadside), which need `perception="sensors"` and `scenarios="drives"`; or a
+      live
       `avsec_gym.closed_loop.attack.drive_attack.DriveAttack`.
     * `driver="planner"`: or `{"name": "planner", "replanning": 0.2}` (seconds), or a live agent of
       `avsec/ClosedLoop-v0` that has `predict(observation, deterministic=True)`.

@@ -10,18 +10,24 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 
 import avsec_gym  # noqa: F401 - registers the environments
 from avsec_gym import registry
+from avsec_gym.attacks.patch_files import Patch
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
+from avsec_gym.closed_loop.perception import SensorPerception
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.tracks import Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene, thesis_road
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.pipeline import Perception
+from avsec_gym.frame import SensorFrame
+from avsec_gym.pipeline import Perception, Pipeline
+from avsec_gym.rig import kitti_rig, resized_rig
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
@@ -208,10 +214,46 @@ def test_an_alarm_takes_the_success_of_a_car_that_drives_on(response: str | None
     assert info["is_success"] == (response is not None)
 
 
+class LightMeter:
+    """A detector that finds nothing, and notes how many pixels of the left image are bright."""
+
+    def __init__(self) -> None:
+        self.bright: list[int] = []
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        self.bright.append(int((frame.image(2)[..., 0] > 200).sum()))
+        return Boxes3D.empty()
+
+
+def test_a_poster_on_the_vehicle_ahead_grows_in_what_the_car_sees() -> None:
+    """The car, which sees nothing, closes in on it until it crashes."""
+    rig = resized_rig(kitti_rig(), 310)
+    black = np.zeros((94, 310, 3), np.uint8)
+    frame = SensorFrame("000000", rig.calibration, {2: black, 3: black})
+    scene = replace(LEAD.scene("lead"), sensors=lambda *_: frame)
+    meter: Any = LightMeter()
+    white = Patch(torch.full((3, 8, 8), 255.0))
+    env = made(
+        kind={"name": "patch", "patch": white},
+        scenarios=LoopScenes(("lead",), lambda id: scene),
+        perception=SensorPerception(Pipeline(meter)),
+        motion="static",
+        **WHOLE_TIME,
+    )
+    on = np.array([1.0, 1.0, -0.375, 0.0, 1.0])
+    _, info = play(env, on, intention="straight", scenario="lead")
+    assert (info["outcome"], info["carried"], info["diameter"]) == ("collision", 1.0, 2.0)
+    # That drive comes after the one without the attack, whose frames are black.
+    lit = [count for count in meter.bright if count]
+    assert len(lit) > 3
+    assert lit == sorted(lit)
+    assert lit[-1] > 4 * lit[0]
+
+
 class Clock(DriveAttack):
     """Does nothing, and notes the truth's time at every action."""
 
-    action_size, state_size, facts = 1, 1, {}  # noqa: RUF012
+    action_size, state_size, facts = 1, 1, {}
 
     def __init__(self) -> None:
         self.times: list[float] = []
@@ -274,7 +316,7 @@ def test_what_cannot_drive_is_refused() -> None:
 
 
 def test_an_attack_that_the_perception_does_not_read_is_refused() -> None:
-    for kind in ("facula", "spoofed_scan"):
+    for kind in ("facula", "spoofed_scan", "patch"):
         with pytest.raises(ConfigurationError, match='perception="sensors"'):
             made(kind=kind)
     with pytest.raises(ConfigurationError, match='perception="truth"'):
