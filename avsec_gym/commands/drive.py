@@ -67,8 +67,10 @@ class DriveInTraffic:
     """Planner of all settings: a name, or JSON with arguments."""
     motion: Literal["truth", "static", "classifier"] = "truth"
     """Motion of all settings: how the planner takes believed objects to move."""
-    traffic: Literal["recorded", "reacting"] = "recorded"
-    """Others play their tracks, or vehicles in a lane are driven by highway-env's IDM."""
+    traffic: str = "recorded"
+    """What others do: `recorded`, they play their tracks; `reacting`, vehicles in a lane are driven
+    by highway-env's IDM; or JSON: '{"reacting": 0.5}', a share of these, '{"reacting": [3, 7]}',
+    actors by their ids."""
     duration: float = 8.0
     """Seconds that a drive takes at most."""
     people: bool = field(default=True, metadata={"help": "Without pedestrians and cyclists."})
@@ -168,7 +170,7 @@ class DriveInTraffic:
         shared = {
             "planner": named["planner"],
             "motion": self.motion,
-            "traffic": self.traffic,
+            "traffic": named_part(self.traffic, "--traffic"),
             "duration": self.duration,
         }
         parts = DriveParts(

@@ -21,11 +21,12 @@ from avsec_gym.closed_loop.drive_recorder import DriveRecorder
 from avsec_gym.closed_loop.loop_road import LoopRoad
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
 from avsec_gym.closed_loop.perception import DrivePerception, SensorPerception
+from avsec_gym.closed_loop.reacting import RECORDED, reacting_of
 from avsec_gym.closed_loop.road_frame import mirrored_angle
 from avsec_gym.closed_loop.road_network import network_of
 from avsec_gym.closed_loop.sensor_needs import sensing
 from avsec_gym.closed_loop.surroundings import Surroundings
-from avsec_gym.closed_loop.traffic import REACTING, RECORDED, RoadTraffic
+from avsec_gym.closed_loop.traffic import RoadTraffic
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop_actions import car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
@@ -120,7 +121,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       each overlaps most; `"static"`; `"classifier"`.
     * `planner="astar"`: of `PlannerDriver`.
     * `traffic="recorded"`: or `"reacting"`: vehicles that drive in a lane are driven by
-      highway-env's IDM.
+      highway-env's IDM; or `{"reacting": 0.5}`, a share of them, which follows from the scene's
+      id; or `{"reacting": [3, 7]}`, actors by their ids (those of `surroundings().actors`).
     * `duration=8.0`: seconds.
     * `config=None`: highway-env's configuration, what differs from the default.
     * `render_mode`: None, `"rgb_array"` or `"human"`.
@@ -138,7 +140,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self,
         *,
         perception: Any = "truth",
-        traffic: str = RECORDED,
+        traffic: Any = RECORDED,
         duration: float = DURATION,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
@@ -151,7 +153,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self.metadata: dict[str, Any] = dict(AbstractEnv.metadata)
         taken = parts_of(self, with_detector(perception, parts))
         self.motion = Motion.named(taken.motion)
-        self.traffic_behaviour = one_of("traffic", traffic, (RECORDED, REACTING))
+        self.reacting = reacting_of(traffic)
+        """Which vehicles react."""
         self.duration = number("duration", duration, 0.5, 30.0)
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
@@ -262,7 +265,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         car = car_on_road(self.scene, self.road, self.config["action"])
         self.vehicle = car
         self.road.vehicles = [car]
-        self.traffic = RoadTraffic(self.scene, self.road, self.traffic_behaviour)
+        self.traffic = RoadTraffic(self.scene, self.road, self.reacting)
         self._recorder = DriveRecorder(
             self.traffic,
             self.intention,

@@ -15,8 +15,8 @@ from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.belief import belief_of
 from avsec_gym.closed_loop.loop_scenes import DRIVES
 from avsec_gym.closed_loop.perception import BlindPerception, DrivePerception, TruthPerception
+from avsec_gym.closed_loop.reacting import RECORDED
 from avsec_gym.closed_loop.surroundings import Surroundings
-from avsec_gym.closed_loop.traffic import RECORDED
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.closed_loop import ClosedLoopEnv
@@ -154,7 +154,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         kind: Any = "ghost",
         driver: Any = "planner",
         perception: Any = "truth",
-        traffic: str = RECORDED,
+        traffic: Any = RECORDED,
         duration: float = DURATION,
         frames: int = 20,
         energy: float = 15.0,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from avsec_gym.argument_checks import number, one_of
+from avsec_gym.argument_checks import number
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
-from avsec_gym.closed_loop.traffic import REACTING, RECORDED
+from avsec_gym.closed_loop.reacting import RECORDED, reacting_of
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop import REFUSED
 from avsec_gym.envs.closed_loop_parts import checked_scenarios, light_perceptions, perception_of
@@ -39,7 +39,7 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         self,
         num_envs: int = 1,
         perception: Any = "truth",
-        traffic: str = RECORDED,
+        traffic: Any = RECORDED,
         duration: float = DURATION,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
@@ -60,13 +60,13 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         return self.alone[0].scenes
 
 
-def check_is_light(traffic: str, config: dict[str, Any] | None, render_mode: str | None) -> None:
+def check_is_light(traffic: Any, config: dict[str, Any] | None, render_mode: str | None) -> None:
     """Refuse what only drives on highway-env have.
 
     Raises:
         ConfigurationError: Something is given that they alone have.
     """
-    if one_of("traffic", traffic, (RECORDED, REACTING)) != RECORDED:
+    if not reacting_of(traffic).is_recorded:
         raise ConfigurationError(f"many drives at once have recorded traffic: {ALONE}")
     if config is not None:
         raise ConfigurationError(f"many drives at once have no config: {ALONE}")

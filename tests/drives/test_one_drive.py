@@ -94,6 +94,7 @@ def test_a_drive_without_highway_env_is_the_drive_on_it(
     "arguments",
     [
         {"traffic": "reacting"},
+        {"traffic": {"reacting": [0]}},
         {"config": {"simulation_frequency": 40}},
         {"perception": "sensors"},
     ],
