@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -11,6 +11,7 @@ from highway_env.envs.common.abstract import AbstractEnv
 from highway_env.envs.common.action import action_factory
 
 from avsec_gym.argument_checks import number, one_of
+from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.closed_loop.belief import Belief, belief_of
 from avsec_gym.closed_loop.drive_log import DriveLog
 from avsec_gym.closed_loop.drive_record import (
@@ -35,8 +36,10 @@ from avsec_gym.envs.closed_loop_parts import (
     check_sensing,
     checked_scenarios,
     perception_of,
+    sensors_read,
     with_detector,
 )
+from avsec_gym.envs.observations import FEATURES, FRAME, THUMBNAIL
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
@@ -44,6 +47,7 @@ from avsec_gym.registry import Kind
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.sensor_system import Sensor
 from avsec_gym.suggestions import unknown_name
 
 REFUSED = {"clean": "thresholds come as a table here, which `avsec validate` makes"}
@@ -79,6 +83,10 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
 
     `config={"observation": {"type": "Kinematics"}}` and highway-env's other types show believed
     objects in highway-env's form, too.
+
+    With `observation="frame"`, where the perception reads images, `Dict`: `left` and `right`,
+    `Box(0, 255, (48, 160, 3), uint8)`, the images of cameras 2 and 3 as the sensors delivered them,
+    attacked or not, in another size; and `features`, the vector above.
 
     ## Action
     `Box(-1, 1, (2,), float32)`: acceleration, -8 to 8 m/s2, and the steering angle, -45 to 45
@@ -123,6 +131,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     * `traffic="recorded"`: or `"reacting"`: vehicles that drive in a lane are driven by
       highway-env's IDM; or `{"reacting": 0.5}`, a share of them, which follows from the scene's
       id; or `{"reacting": [3, 7]}`, actors by their ids (those of `surroundings().actors`).
+    * `observation="features"`: or `"frame"`; `frame_size=(48, 160)`: height and width of its
+      images, (375, 1242) as rendered for `"sensors"`.
     * `duration=8.0`: seconds.
     * `config=None`: highway-env's configuration, what differs from the default.
     * `render_mode`: None, `"rgb_array"` or `"human"`.
@@ -141,6 +151,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         *,
         perception: Any = "truth",
         traffic: Any = RECORDED,
+        observation: str = FEATURES,
+        frame_size: Sequence[int] = THUMBNAIL,
         duration: float = DURATION,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
@@ -159,6 +171,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
         check_sensing(perception, taken)
+        if one_of("observation", observation, (FEATURES, FRAME)) == FRAME:
+            config = _observing_frames(config, frame_size, sensors_read(perception, taken))
         self._scenes: LoopScenes | None = None
         self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""
@@ -411,3 +425,30 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             "speed": float(self.vehicle.speed),
             "crashed": bool(self.vehicle.crashed),
         }
+
+
+def _observing_frames(
+    config: dict[str, Any] | None, size: Sequence[int], read: frozenset[Sensor]
+) -> dict[str, Any]:
+    """The configuration with frames as observations.
+
+    Args:
+        config: highway-env's configuration, what differs from the default.
+        size: Height and width of the images, pixels.
+        read: The sensors that the perception reads.
+
+    Raises:
+        ConfigurationError: No images are read, or the configuration has an observation, too.
+    """
+    if not {LEFT, RIGHT} <= read:
+        raise ConfigurationError(
+            'observation="frame" shows images, and this perception does not read any: give'
+            ' perception="sensors" or "stereo", or observation="features"'
+        )
+    if config is not None and "observation" in config:
+        raise ConfigurationError(
+            'observation="frame" and an observation in config: give one of them'
+        )
+    if isinstance(size, str) or len(size) != 2:
+        raise ConfigurationError(f"frame_size is a height and a width, got {size!r}")
+    return {**(config or {}), "observation": {"type": "Frame", "size": list(size)}}

@@ -190,6 +190,20 @@ def check_sensing(perception: Any, parts: Parts, attacked: frozenset[Sensor] = f
     check_there("the agent's attack", attacked, read, where)
 
 
+def sensors_read(perception: Any, parts: Parts) -> frozenset[Sensor]:
+    """The sensors whose data a perception reads; none where it needs no frame.
+
+    Args:
+        perception: A level, or a live `DrivePerception`.
+        parts: The parts of the car, as `perception_of` accepts them.
+    """
+    if isinstance(perception, SensorPerception):
+        return perception.needs.sensors
+    level = perception.get("name") if isinstance(perception, Mapping) else perception
+    reads = isinstance(level, str) and level in SENSING
+    return _needs(str(level), parts).sensors if reads else frozenset()
+
+
 def _refuse_unasked(parts: Parts, perception: str) -> None:
     """Refuse parts of cars with sensors where nothing is sensed: they would never be asked."""
     named = [name for name in _SENSING_PARTS if getattr(parts, name) is not None]

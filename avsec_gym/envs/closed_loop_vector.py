@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from avsec_gym.argument_checks import number
+from avsec_gym.argument_checks import number, one_of
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
 from avsec_gym.closed_loop.reacting import RECORDED, reacting_of
 from avsec_gym.closed_loop.traffic_scene import DURATION
@@ -12,6 +12,7 @@ from avsec_gym.envs.closed_loop import REFUSED
 from avsec_gym.envs.closed_loop_parts import checked_scenarios, light_perceptions, perception_of
 from avsec_gym.envs.light_closed_loop import LightClosedLoopEnv, SharedScenes
 from avsec_gym.envs.many_drives import ALONE, ManyDrives, checked_count
+from avsec_gym.envs.observations import FEATURES, FRAME
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.registry import Kind
@@ -40,6 +41,7 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         num_envs: int = 1,
         perception: Any = "truth",
         traffic: Any = RECORDED,
+        observation: str = FEATURES,
         duration: float = DURATION,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
@@ -47,6 +49,8 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
     ) -> None:
         taken = parts_of(self, parts)
         check_is_light(traffic, config, render_mode)
+        if one_of("observation", observation, (FEATURES, FRAME)) != FEATURES:
+            raise ConfigurationError(f"many drives at once have no frames to observe: {ALONE}")
         count = checked_count(num_envs)
         made, self.planner = perception_of(perception, taken)
         perceptions = light_perceptions(made, Motion.named(taken.motion), count)

@@ -183,3 +183,77 @@ def driven_by(env: Any, driver: PlannerDriver) -> DriveLog:
     while env.unwrapped.outcome is None:
         seen, *_ = env.step(driver.predict(seen)[0])
     return env.unwrapped.log()
+
+
+class Gradient:
+    """Sensors whose left image grows brighter to the right and with time; the right is flipped."""
+
+    image = np.repeat(np.arange(160, dtype=np.uint8)[None, :, None], 48, axis=0).repeat(3, axis=2)
+
+    def __call__(self, time: float, pose: Pose, others: dict[int, Pose]) -> SensorFrame:
+        left = self.image + np.uint8(round(100 * time))
+        calibration = resized_rig(kitti_rig(), 160).calibration
+        return SensorFrame("000000", calibration, {2: left, 3: left[:, ::-1]})
+
+
+def observing(**arguments: Any) -> Any:
+    scene = replace(procedural_drive(0, 3), sensors=Gradient())
+    detector: Any = Looking()
+    return gym.make(
+        "avsec/ClosedLoop-v0",
+        scenarios=LoopScenes((scene.id,), lambda id: scene),
+        perception=SensorPerception(Pipeline(detector)),
+        motion="static",
+        observation="frame",
+        **arguments,
+    )
+
+
+def test_a_driver_may_observe_the_frames_that_the_sensors_deliver() -> None:
+    env = observing(frame_size=(48, 160))
+    plain = env.unwrapped.observation_space["features"]
+    seen, _ = env.reset(seed=0)
+    for steps in range(3):
+        expected = Gradient.image + np.uint8(10 * steps)
+        np.testing.assert_array_equal(seen["left"], expected)
+        np.testing.assert_array_equal(seen["right"], expected[:, ::-1])
+        assert plain.contains(seen["features"])
+        kept = seen["left"].copy()
+        following, *_ = env.step(np.zeros(2, np.float32))
+        np.testing.assert_array_equal(seen["left"], kept, "no array is shared")
+        seen = following
+    # Smaller, each pixel is the mean of the four that it stands for.
+    small, _ = observing(frame_size=[24, 80]).reset(seed=0)
+    np.testing.assert_allclose(small["left"][0, :, 0], np.arange(80) * 2 + 0.5, atol=0.5)
+
+
+def test_an_environment_of_frames_is_one_for_stable_baselines() -> None:
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.env_checker import check_env
+
+    env = observing(duration=0.5)
+    check_env(env, warn=True)
+    model = PPO("MultiInputPolicy", env, n_steps=8, batch_size=8, n_epochs=1, seed=0)
+    assert sum(each.numel() for each in model.policy.parameters()) < 5e6
+    model.learn(8)
+
+
+STEREO = {"scenarios": "drives", "perception": "stereo"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "does not read any"),
+        ({"scenarios": "drives", "perception": "lidar"}, "does not read any"),
+        ({"observation": "frames"}, 'mean "frame"'),
+        (STEREO | {"config": {"observation": {"type": "Kinematics"}}}, "give one"),
+        (STEREO | {"frame_size": (48,)}, "height and a width"),
+        (STEREO | {"frame_size": (48, 0)}, "frame_size"),
+    ],
+)
+def test_frames_that_are_not_rendered_are_not_observed(
+    arguments: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        gym.make("avsec/ClosedLoop-v0", **({"observation": "frame"} | arguments))

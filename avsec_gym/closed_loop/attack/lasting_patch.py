@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from avsec_gym.argument_checks import number, number_range
-from avsec_gym.attacks.attack import LEFT, RIGHT
+from avsec_gym.attacks.attack import LEFT, RIGHT, quantised
 from avsec_gym.attacks.patch_files import Patch, patch_of, shipped_patch
 from avsec_gym.attacks.patch_pasting import paste_on_frame
 from avsec_gym.attacks.patch_placement import (
@@ -140,7 +140,8 @@ class LastingPatch(DriveAttack):
         place = self.place(frame.calibration, around)
         if place is None:
             return frame
-        return paste_on_frame(frame, self.patch.pixels, place, may_stick_out=True)
+        # Whole grey levels, as a camera delivers them: validators read no others.
+        return quantised(paste_on_frame(frame, self.patch.pixels, place, may_stick_out=True))
 
     def place(self, calibration: Calibration, around: Surroundings) -> PatchPlace | None:
         """Where the left image shows the poster; None: nowhere.

@@ -99,6 +99,9 @@ def test_its_energy_is_its_area_and_down_is_down() -> None:
     assert attack.facts == {"diameter": 0.5, "carried": 0.0}
     assert attack.act(-np.ones(5), around(START)) == 0.0
     assert seen(attack, START).max() == 0.0
+    attack.act(AT_PLACE, around(START))
+    assert attack.tampered(black(), around(START)).image(2).dtype == np.uint8
+    attack.begin()
     assert attack.act(ON_VEHICLE, around(START, np.zeros((0, 3)))) == 0.0
 
 
