@@ -60,6 +60,8 @@ class Arena:
 
     env: str
     arguments: Mapping[str, Any]
+    playing: Any = None
+    """The environment, or the batch of many, in which `play` asks for actions at present."""
     _single: gym.Env[Any, Any] | None = None
     _batches: dict[int, Any] = field(default_factory=dict)
 
@@ -103,6 +105,7 @@ class Arena:
             made.close()
 
     def _one(self, act: Act, seeds: list[int], most: int) -> Played:
+        self.playing = self.environment
         observation, info = self.environment.reset(seed=seeds[0])
         intention = str(info["intention"])
         total, steps, ended = 0.0, 0, False
@@ -118,7 +121,7 @@ class Arena:
         count = len(seeds)
         if count not in self._batches:
             self._batches[count] = batch_of(self.env, count, self.arguments)
-        envs = self._batches[count]
+        envs = self.playing = self._batches[count]
         observations, info = envs.reset(seed=seeds)
         intention = np.array([str(way) for way in info["intention"]])
         success, going = np.zeros(count, bool), np.ones(count, bool)

@@ -45,7 +45,8 @@ class DriveInTraffic:
     settings: tuple[str, ...] = ()
     """What the car is: truth, blind, error-model, lidar, stereo (with their usual detectors),
     detector, attacked, defended; or JSON with a
-    name and arguments of avsec/ClosedLoop-v0, such as '{"name": "far", "perception": "blind"}'.
+    name and arguments of avsec/ClosedLoop-v0, such as '{"name": "far", "perception": "blind"}', and
+    a driver of its own, such as '{"name": "follower", "perception": "truth", "driver": "idm"}'.
     Default: truth and blind, and those that the options below are for."""
     detector: str | None = None
     """Detector of the settings detector, attacked and defended: a name, or JSON with arguments.
@@ -65,6 +66,9 @@ class DriveInTraffic:
     shipped one, such as stereo_rcnn. Of several, each is a setting of its own name."""
     planner: str = "astar"
     """Planner of all settings: a name, or JSON with arguments."""
+    driver: str = "planner"
+    """Who drives in all settings: planner, or idm, highway-env's own (IDM, and MOBIL for the lane
+    change that the intention asks for); or JSON: '{"name": "planner", "replanning": 0.2}'."""
     motion: Literal["truth", "static", "classifier"] = "truth"
     """Motion of all settings: how the planner takes believed objects to move."""
     traffic: str = "recorded"
@@ -172,6 +176,7 @@ class DriveInTraffic:
             "motion": self.motion,
             "traffic": named_part(self.traffic, "--traffic"),
             "duration": self.duration,
+            "driver": named_part(self.driver, "--driver"),
         }
         parts = DriveParts(
             named.get("detector"),
@@ -234,7 +239,7 @@ class DriveInTraffic:
             "ids": list(self.ids),
             "intention": self.intention,
             "seed": self.seed,
-            "settings": {setting.name: dict(setting.arguments) for setting in settings},
+            "settings": {setting.name: setting.record for setting in settings},
         }
         if self.error_model:
             files = [error_model_file(model) for model in self.error_model]

@@ -70,6 +70,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     `avsec_gym.envs.planner_driver.PlannerDriver` plays it by a motion planner that replans every
     0.5 s.  Sensors are then rendered at each replanning alone: what the planner does not read is
     left out, and beliefs, observations and alarms in between are those of the last replanning.
+    `avsec_gym.envs.idm_driver.IdmDriver`, highway-env's own driver, is the other baseline.
 
     ## Observation
     `Box(-1, 1, (157,), float32)`: 13 numbers about the car, values cut at 1: speed / 25 m/s; angle

@@ -125,8 +125,9 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
       vehicle or at the roadside), which need `perception="sensors"` and `scenarios="drives"`; or a
       live
       `avsec_gym.closed_loop.attack.drive_attack.DriveAttack`.
-    * `driver="planner"`: or `{"name": "planner", "replanning": 0.2}` (seconds), or a live agent of
-      `avsec/ClosedLoop-v0` that has `predict(observation, deterministic=True)`.
+    * `driver="planner"`: or `{"name": "planner", "replanning": 0.2}` (seconds); or `"idm"`,
+      highway-env's own; or a live agent of `avsec/ClosedLoop-v0` that has
+      `predict(observation, deterministic=True)`.
     * `frames=20`: budget of frames under attack, a tenth of a second each; `energy=15`: budget of
       energy; `price=0.1`: of the whole energy, from 0 to 1.
     * `contested=False`: with `True`, only drives that the car would make unsafely by its own fault

@@ -164,21 +164,25 @@ class BelievedRoad:
         if env.road is None:
             return None
         believed = Road(network=env.road.network, np_random=env.road.np_random)
-        believed.vehicles = [
-            env.vehicle,
-            *(_believed(believed, *each) for each in _rows(env.belief)),
-        ]
+        believed.vehicles = [env.vehicle, *believed_vehicles(believed, env.belief)]
         return believed
 
 
-def _rows(belief: Belief) -> Any:
-    return zip(
-        belief.poses.tolist(),
-        belief.speeds.tolist(),
-        belief.lengths.tolist(),
-        belief.widths.tolist(),
-        strict=True,
-    )
+def believed_vehicles(
+    road: Road, belief: Belief, chosen: NDArray[np.bool_] | slice = slice(None)
+) -> list[Vehicle]:
+    """Believed objects as vehicles of highway-env.
+
+    Args:
+        road: The road that they are on.
+        belief: N believed objects.
+        chosen: Which of them, shape (N,).
+    """
+    columns = (belief.poses, belief.speeds, belief.lengths, belief.widths)
+    return [
+        _believed(road, *row)
+        for row in zip(*(each[chosen].tolist() for each in columns), strict=True)
+    ]
 
 
 def _believed(road: Road, pose: list[float], speed: float, length: float, width: float) -> Vehicle:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.planner_policy import REPLANNING, PlannerPolicy
 from avsec_gym.envs.closed_loop_vector import ClosedLoopVectorEnv
+from avsec_gym.envs.driving_actions import driving_action
 from avsec_gym.errors import ConfigurationError
 
 
@@ -71,11 +72,9 @@ class PlannerDriver:
         if self._drive is not played.drive:
             self._drive = played.drive
             self.policy.begin(played.scene, played.intention)
-        acceleration, steering = self.policy.drive(played.state, played.belief, played.elapsed)
+        wanted = self.policy.drive(played.state, played.belief, played.elapsed)
         played.unread_until = self.policy.next_plan
-        # highway-env steers to the right.
-        wanted = zip((acceleration, -steering), played.action_ranges, strict=True)
-        action = np.array([_scaled(value, *span) for value, span in wanted], np.float32)
+        action = driving_action(wanted, played.action_ranges)
         return action.reshape(*np.shape(observation)[:-1], 2), state
 
 
@@ -134,8 +133,3 @@ class PlannerDrivers:
         for i in np.flatnonzero(~played.ended).tolist():
             actions[i], _ = self.drivers[i].predict(observation[i])
         return actions, state
-
-
-def _scaled(value: float, low: float, high: float) -> float:
-    """From [low, high] to [-1, 1], cut."""
-    return min(max(2.0 * (value - low) / (high - low) - 1.0, -1.0), 1.0)

@@ -23,6 +23,7 @@ from avsec_gym.closed_loop.perception import SensorPerception
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.tracks import Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene, thesis_road
+from avsec_gym.envs.idm_driver import IdmDriver
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
@@ -300,6 +301,12 @@ def test_another_driver_drives() -> None:
     clean, attacked = play(env, OFF, seed=1)[1], play(env, HIDE_AHEAD, seed=1)[1]
     assert clean["outcome"] == attacked["outcome"] == "goal"
     assert clean["path_length"] == attacked["path_length"]
+    brisk = scene_of("brisk", [(25.0, 0.0)], 6.0, 1.7)
+    follower = made(driver="idm", scenarios=brisk, **WHOLE_TIME)
+    assert isinstance(follower.unwrapped.driver, IdmDriver)
+    ways = [play(follower, action, intention="straight")[1] for action in (OFF, HIDE_AHEAD)]
+    assert [info["outcome"] for info in ways] == ["goal", "goal"]
+    assert ways[1]["cost"] < ways[0]["cost"] - 0.2, "with nothing ahead it drives faster"
     quick = made(driver={"name": "planner", "replanning": 0.2}).unwrapped.driver
     assert quick.policy.replanning == 0.2
 
