@@ -54,32 +54,35 @@ def reacting_of(traffic: Any) -> Reacting:
     """The choice that an environment's ``traffic`` stands for.
 
     Args:
-        traffic: ``"recorded"``; ``"reacting"``: all; ``{"reacting": 0.5}``: a share;
-            ``{"reacting": [3, 7]}``: actors by their ids; or a `Reacting`.
+        traffic: ``"recorded"``; ``"reacting"``: all; ``{"name": "reacting", "share": 0.5}``: a
+            share; ``{"name": "reacting", "ids": [3, 7]}``: actors by their ids; or a `Reacting`.
 
     Raises:
         ConfigurationError: It is none of them.
 
     Example:
-        >>> reacting_of({"reacting": [7, 3]})
+        >>> reacting_of({"name": "reacting", "ids": [7, 3]})
         Reacting(share=0.0, ids=(3, 7))
     """
     if isinstance(traffic, Reacting):
         return traffic
-    if not isinstance(traffic, Mapping):
-        named = one_of("traffic", traffic, (RECORDED, REACTING))
-        return Reacting(share=float(named == REACTING))
-    for name in traffic:
-        if name != REACTING:
-            problem = f"traffic has no {name!r}"
-            raise ConfigurationError(unknown_name(problem, str(name), [REACTING]))
-    which = traffic.get(REACTING)
-    if isinstance(which, Sequence) and not isinstance(which, str | bytes):
-        ids = {whole_number("an actor's id in traffic", each, 0) for each in which}
-        return Reacting(ids=tuple(sorted(ids)))
-    if which is None or isinstance(which, str | bytes):
-        raise ConfigurationError(
-            'traffic as a dictionary is {"reacting": 0.5}, a share of the vehicles, or {"reacting":'
-            f" [3, 7]}}, actors by their ids; got {shown(traffic)}"
-        )
-    return Reacting(share=number("the share that reacts in traffic", which, 0.0, 1.0))
+    arguments = dict(traffic) if isinstance(traffic, Mapping) else {"name": traffic}
+    name = one_of("traffic", arguments.pop("name", None), (RECORDED, REACTING))
+    known = ("share", "ids") if name == REACTING else ()
+    for given in arguments:
+        if given not in known:
+            problem = f"the traffic {name!r} has no argument {given!r}"
+            raise ConfigurationError(unknown_name(problem, str(given), known))
+    if len(arguments) > 1:
+        raise ConfigurationError("traffic reacts by a share or by ids: give one of them")
+    if "ids" in arguments:
+        return Reacting(ids=_ids(arguments["ids"]))
+    share = arguments.get("share", float(name == REACTING))
+    return Reacting(share=number("the share of traffic that reacts", share, 0.0, 1.0))
+
+
+def _ids(given: Any) -> tuple[int, ...]:
+    """Ids of actors, in order."""
+    if isinstance(given, str | bytes) or not isinstance(given, Sequence):
+        raise ConfigurationError(f"ids in traffic are a list such as [3, 7], got {shown(given)}")
+    return tuple(sorted({whole_number("an actor's id in traffic", each, 0) for each in given}))

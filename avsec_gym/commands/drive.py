@@ -27,15 +27,15 @@ class DriveInTraffic:
     """Drive on in traffic, by what the car believes, under several settings side by side.
 
     The planner replans every half second from where the car has really come to. Without options:
-    procedural scenes, by a car that knows the truth and by one that sees nothing. Prints a table;
+    procedural drives, by a car that knows the truth and by one that sees nothing. Prints a table;
     writes a row and a film for each drive, and a page with film strips of what went wrong.
     """
 
     scenarios: str | None = None
-    """Which scenes: `layouts` (procedural, straight lanes), `drives` (procedural, the world's own
-    road, with sensors), a folder of labelled scenarios, of KITTI labels or of CommonRoad files; or
-    JSON with arguments, such as '{"source": "kitti_tracking", "root": FOLDER}'.  Default: layouts;
-    drives where a setting has sensors."""
+    """Which scenes: `drives` (procedural, the world's own road, with sensors), `layouts`
+    (procedural, straight lanes), a folder of labelled scenarios, of KITTI labels or of CommonRoad
+    files; or JSON with arguments, such as '{"source": "kitti_tracking", "root": FOLDER}'.  Default:
+    drives."""
     ids: tuple[str, ...] = ()
     """Only these scenes, by their ids."""
     limit: int | None = None
@@ -73,8 +73,8 @@ class DriveInTraffic:
     """Motion of all settings: how the planner takes believed objects to move."""
     traffic: str = "recorded"
     """What others do: `recorded`, they play their tracks; `reacting`, vehicles in a lane are driven
-    by highway-env's IDM; or JSON: '{"reacting": 0.5}', a share of these, '{"reacting": [3, 7]}',
-    actors by their ids."""
+    by highway-env's IDM; or JSON: '{"name": "reacting", "share": 0.5}', a share of these, or
+    '{"name": "reacting", "ids": [3, 7]}', actors by their ids."""
     duration: float = 8.0
     """Seconds that a drive takes at most."""
     people: bool = field(default=True, metadata={"help": "Without pedestrians and cyclists."})
@@ -109,7 +109,7 @@ class DriveInTraffic:
 
         self._check()
         settings = self._settings()
-        scenarios = self._scenarios(settings)
+        scenarios = self._scenarios()
         # All settings are made once, so that what cannot work is refused before anything is done.
         environments = [setting.environment(scenarios) for setting in settings]
         tasks = self._tasks(environments[0], settings)
@@ -188,12 +188,11 @@ class DriveInTraffic:
         )
         return parts.settings(self.settings)
 
-    def _scenarios(self, settings: list[DriveSetting]) -> Any:
+    def _scenarios(self) -> Any:
         """The scenes as the environment takes them."""
         from avsec_gym.commands.named_part import named_part
 
-        usual = _DRIVES if any(setting.has_sensors for setting in settings) else _LAYOUTS
-        given = named_part(self.scenarios or usual, "--scenarios")
+        given = named_part(self.scenarios or _DRIVES, "--scenarios")
         arguments = given if isinstance(given, dict) else {"source": given}
         arguments = {"seed": self.seed, "people": self.people, **arguments}
         number = self.limit

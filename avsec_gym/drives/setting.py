@@ -37,11 +37,6 @@ class DriveSetting:
         driver = {} if self.driver == PLANNER else {"driver": self.driver}
         return {**self.arguments, **driver}
 
-    @property
-    def has_sensors(self) -> bool:
-        """Whether the car reads what its sensors deliver, so that the scenes need some."""
-        return self.arguments.get("perception") in ("sensors", "lidar", "stereo")
-
     def environment(self, scenarios: Any) -> gym.Env[Any, Any]:
         """The environment to drive in: without highway-env where that makes the same drives.
 

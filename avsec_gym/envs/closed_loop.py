@@ -54,7 +54,7 @@ REFUSED = {"clean": "thresholds come as a table here, which `avsec validate` mak
 """Parts that have no meaning here, with the reason."""
 
 
-@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     """Drive a car among recorded or reacting traffic, by what it believes.
 
@@ -113,8 +113,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     its parts `no_collision`, `drivable`, `ttc_bound`, `progress_share`, `comfort` (0 before).
 
     ## Arguments
-    * `scenarios="layouts"`: procedural scenes on the thesis' straight lanes, their movers at
-      constant velocity; `"drives"`: procedural drives on the world's own road; a folder of
+    * `scenarios="drives"`: 100 procedural drives on the world's own road, straight or bent, each
+      made when it is first driven (0.2 s); `"layouts"`: procedural scenes on the thesis' straight
+      lanes, where every intention has a lane, their movers at constant velocity; a folder of
       labelled scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
       `{"source": "drives", "seed": 1, "count": 20, "people": False}`, or
       `{"source": "kitti_tracking", "root": FOLDER}` (or `"kitti_raw"`): KITTI's recordings.
@@ -130,8 +131,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       each overlaps most; `"static"`; `"classifier"`.
     * `planner="astar"`: of `PlannerDriver`.
     * `traffic="recorded"`: or `"reacting"`: vehicles that drive in a lane are driven by
-      highway-env's IDM; or `{"reacting": 0.5}`, a share of them, which follows from the scene's
-      id; or `{"reacting": [3, 7]}`, actors by their ids (those of `surroundings().actors`).
+      highway-env's IDM; or `{"name": "reacting", "share": 0.5}`, a share of them, which follows
+      from the scene's id; or `{"name": "reacting", "ids": [3, 7]}`, actors by their ids (those of
+      `surroundings().actors`).
     * `observation="features"`: or `"frame"`; `frame_size=(48, 160)`: height and width of its
       images, (375, 1242) as rendered for `"sensors"`.
     * `duration=8.0`: seconds.

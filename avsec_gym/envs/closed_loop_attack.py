@@ -59,7 +59,7 @@ REFUSED = {
 """Parts that have no meaning here, with the reason."""
 
 
-@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """Make a car drive unsafely by its own fault, over time and within a budget.
 
@@ -75,9 +75,9 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     (`avsec_gym.closed_loop.fault`), or leaves the road.  A crash that is another one's fault does
     not count, nor that the car brakes for a ghost until the time is over.
 
-    In contested drives (`contested=True`) the best of 12 constants wins 32 % (24-42 %) with the
-    default budget, and a rule that waits until something in the way is near 36 % (27-46 %)
-    (docs/closed_loop.md).
+    In contested drives of layouts (`contested=True, scenarios="layouts"`) the best of 12 constants
+    wins 32 % (24-42 %) with the default budget, and a rule that waits until something in the way is
+    near 36 % (27-46 %) (docs/closed_loop.md).
 
     ## Observation
     `Box(-1, 1, (177,), float32)`, 162 and what depends on the attack, values cut at 1.  13 numbers
@@ -122,8 +122,8 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * `kind="ghost"`: what the attacker can do.  Also `{"name": "ghost", "ghosts": 2, "hides": 0,
       "ahead": [5, 45], "left": [-8, 8]}`; `"facula"` (a laser on a real object, which tracks the
       car's camera), `"spoofed_scan"` (bogus LiDAR points at a place) and `"patch"` (a poster on a
-      vehicle or at the roadside), which need `perception="sensors"` and `scenarios="drives"`; or a
-      live
+      vehicle or at the roadside), which need `perception="sensors"` and scenes with sensors, such
+      as `"drives"`; or a live
       `avsec_gym.closed_loop.attack.drive_attack.DriveAttack`.
     * `driver="planner"`: or `{"name": "planner", "replanning": 0.2}` (seconds); or `"idm"`,
       highway-env's own; or a live agent of `avsec/ClosedLoop-v0` that has
@@ -133,7 +133,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * `contested=False`: with `True`, only drives that the car would make unsafely by its own fault
       if it believed in no object: where nothing is in the way, hiding changes nothing.
     * `perception="truth"`, `traffic="recorded"`, `duration=8.0`, `config=None`, and the car's parts
-      (`scenarios="layouts"`, `motion="truth"`, `planner="astar"`, `detector="dsgn"`,
+      (`scenarios="drives"`, `motion="truth"`, `planner="astar"`, `detector="dsgn"`,
       `classifier=None`, `selector=None`, `validator=None`, `response="stop"`,
       `score_threshold=0.3`): as of `avsec/ClosedLoop-v0`.  With `response=None` a car drives on at
       an alarm, and an attack counts only without one.

@@ -58,7 +58,7 @@ class LightClosedLoopAttackEnv(ClosedLoopAttackEnv):
         return super().blind if self._judge is None else self._judge.blind
 
 
-@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopAttackVectorEnv(ManyDrives[LightClosedLoopAttackEnv]):
     """`ClosedLoopAttackEnv` many times over; see there for the arguments.
 

@@ -22,7 +22,7 @@ PLACES = 512
 """Scenes that stay laid out."""
 
 
-@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
     """`ClosedLoopEnv` many times over; see there for the arguments.
 

@@ -57,14 +57,17 @@ def test_all_that_drive_react_or_none() -> None:
 
 def test_those_that_are_named_react_and_a_parked_one_does_not() -> None:
     ids = scene().tracks.ids.tolist()
-    assert slowed(reacting_of({"reacting": [ids[1], ids[4], ids[-1], 999]})) == {ids[1], ids[4]}
+    assert slowed(reacting_of({"name": "reacting", "ids": [ids[1], ids[4], ids[-1], 999]})) == {
+        ids[1],
+        ids[4],
+    }
 
 
 def test_a_share_is_so_many_and_the_same_ones_again() -> None:
-    half = slowed(reacting_of({"reacting": 0.5}))
+    half = slowed(reacting_of({"name": "reacting", "share": 0.5}))
     assert len(half) == 3
-    assert half == slowed(reacting_of({"reacting": 0.5}))
-    assert half < slowed(reacting_of({"reacting": 0.8}))
+    assert half == slowed(reacting_of({"name": "reacting", "share": 0.5}))
+    assert half < slowed(reacting_of({"name": "reacting", "share": 0.8}))
     chosen = {Reacting(0.5).chosen(str(i), np.arange(DRIVERS)) for i in range(20)}
     assert len(chosen) > 5, "which ones depends on the scene"
 
@@ -73,11 +76,14 @@ def test_a_share_is_so_many_and_the_same_ones_again() -> None:
     ("wrong", "message"),
     [
         ("reactng", 'mean "reacting"'),
-        ({"reactng": 0.5}, "traffic has no 'reactng'"),
-        ({"reacting": 1.5}, "share that reacts.*from 0 to 1"),
-        ({"reacting": [-1]}, "an actor's id"),
-        ({"reacting": "all"}, "a share of the vehicles"),
-        ({}, "a share of the vehicles"),
+        ({"name": "reacting", "shar": 0.5}, 'mean "share"'),
+        ({"name": "recorded", "share": 0.5}, "no argument 'share'"),
+        ({"name": "reacting", "share": 0.5, "ids": [1]}, "give one"),
+        ({"name": "reacting", "ids": "all"}, "ids in traffic"),
+        ({"name": "reacting", "share": 1.5}, "share of traffic that reacts.*from 0 to 1"),
+        ({"name": "reacting", "ids": [-1]}, "an actor's id"),
+        ({"name": "reacting", "share": "all"}, "share of traffic"),
+        ({}, "traffic"),
         (5, "traffic"),
     ],
 )

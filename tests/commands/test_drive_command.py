@@ -24,8 +24,8 @@ TIMES = "seconds.jsonl"
 
 
 def drive(out: Path, *more: str, code: int = 0, scenes: int = SCENES) -> None:
-    words = ["drive", "--out", str(out), "--limit", str(scenes), "--duration", "3", *more]
-    assert run(words) == code
+    words = ["drive", "--out", str(out), "--limit", str(scenes), "--duration", "3"]
+    assert run([*words, "--scenarios", "layouts", *more]) == code
 
 
 def content(out: Path) -> dict[str, bytes]:
@@ -150,7 +150,7 @@ def test_a_setting_may_have_a_driver_of_its_own(
 ) -> None:
     """Rows of highway-env's own driver have no first plan; the record states who drove."""
     own = '{"name": "follower", "perception": "truth", "driver": "idm"}'
-    words = ["--pictures", "1", "--json", "--traffic", '{"reacting": 0.5}']
+    words = ["--pictures", "1", "--json", "--traffic", '{"name": "reacting", "share": 0.5}']
     drive(tmp_path / "one", *words, "--settings", "truth", own, scenes=2)
     drive(tmp_path / "all", *words, "--settings", "truth", "--driver", "idm", scenes=2)
     capsys.readouterr()
@@ -165,7 +165,7 @@ def test_a_setting_may_have_a_driver_of_its_own(
     settings = json.loads((tmp_path / "one" / "drives.json").read_text())["settings"]
     assert "driver" not in settings["truth"]
     assert settings["follower"]["driver"] == "idm"
-    assert settings["follower"]["traffic"] == {"reacting": 0.5}
+    assert settings["follower"]["traffic"] == {"name": "reacting", "share": 0.5}
 
 
 @pytest.mark.parametrize(

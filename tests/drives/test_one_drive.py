@@ -119,7 +119,7 @@ def test_a_driver_that_nobody_knows_is_refused_with_its_setting() -> None:
     "arguments",
     [
         {"traffic": "reacting"},
-        {"traffic": {"reacting": [0]}},
+        {"traffic": {"name": "reacting", "ids": [0]}},
         {"config": {"simulation_frequency": 40}},
         {"perception": "sensors"},
     ],
