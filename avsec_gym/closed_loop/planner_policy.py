@@ -24,7 +24,7 @@ from avsec_gym.argument_checks import number
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe, widened
 from avsec_gym.closed_loop.following import follow
-from avsec_gym.closed_loop.made_primitives import primitives_from
+from avsec_gym.closed_loop.made_primitives import primitives_from, rounded_start
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.emergency_stop import DECELERATION, emergency_stop
 from avsec_gym.errors import PlanningError
@@ -272,7 +272,7 @@ class PlannerPolicy:
                     start = problem.start
                     made = primitives_from(start.velocity, start.steering_angle, cruise)
                     planner = replace(planner, primitives=made)
-                    problem = replace(problem, start=_rounded(start, made))
+                    problem = replace(problem, start=rounded_start(start, made))
                     thorough = False
                 if not thorough:
                     planner = replace(planner, node_limit=min(_NODES, planner.node_limit))
@@ -320,11 +320,3 @@ def _speed_on_grid(problem: PlanningScenario, cruise: tuple[float, float]) -> fl
     ):
         return speed
     return None
-
-
-def _rounded(start: EgoState, primitives: Any) -> EgoState:
-    """The start with the angle of the wheels that the primitives begin with."""
-    begins = primitives.states[:, 0]
-    off = abs(begins[:, 2] - start.velocity) + abs(begins[:, 4] - start.steering_angle)
-    nearest = begins[int(np.argmin(off))]
-    return replace(start, velocity=max(float(nearest[2]), 0.0), steering_angle=float(nearest[4]))
