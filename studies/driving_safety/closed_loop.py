@@ -15,9 +15,10 @@ model has nothing to validate, 50 scenes on rendered sensors by
     avsec drive --scenarios drives --limit 50 --out runs/closed_loop/rendered
         --settings truth blind lidar stereo detector attacked defended --detector stereo_rcnn
         --attack '{"name": "facula", "camera": 2}'
-        --validator '{"name": "thresholds", "thresholds": "shipped"}'
+        --validator '{"name": "thresholds", "thresholds": "FITS"}'
 
-`closed_loop_page` shows the result.
+where FITS is ``avsec_gym/validation/fits/kitti_lidar_3_2.thresholds.json``.  `closed_loop_page`
+shows the result.
 Settings that are added, such as an error model of a detector under an attack, come into the table
 by themselves.  Every collision at fault under truth is listed, with its certificates: whether no
 car could have avoided it, and from when on no plan did.
