@@ -55,7 +55,7 @@ class SensorPerception:
     """
 
     frame_by_frame = True
-    """What it perceives depends on that frame alone, so that frames nobody reads can be left out;
+    """What it perceives depends on that frame alone, so that frames that are not read can be left out;
     a `DrivePerception` without this attribute perceives every frame."""
 
     def __init__(self, pipeline: Pipeline, needs: SensorNeeds = SensorNeeds()) -> None:

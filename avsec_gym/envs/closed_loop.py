@@ -180,7 +180,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""
         self.unread_until = 0.0
-        """Seconds since the start before which nobody reads a belief; drivers set it for one step.
+        """Seconds since the start before which no belief is read; drivers set it for one step.
 
         A perception that is `frame_by_frame` leaves such frames out."""
         self._ready = False

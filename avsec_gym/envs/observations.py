@@ -37,6 +37,6 @@ def resized(image: Image, size: tuple[int, int]) -> NDArray[np.uint8]:
     """
     import cv2
 
-    if image.shape[:2] != size:
-        image = cv2.resize(image, size[::-1], interpolation=cv2.INTER_AREA)
-    return np.array(image, np.uint8)
+    if image.shape[:2] == size:
+        return np.array(image, np.uint8)
+    return np.array(cv2.resize(image, size[::-1], interpolation=cv2.INTER_AREA), np.uint8)

@@ -163,7 +163,7 @@ def test_a_planner_has_only_those_frames_rendered_that_it_plans_on() -> None:
     steps = len(times[EveryFrame]) - 1
     np.testing.assert_allclose(times[EveryFrame], 0.1 * np.arange(steps + 1))
     np.testing.assert_allclose(times[SensorPerception], 0.4 * np.arange(steps // 4 + 1))
-    # The same environment, driven by somebody else.
+    # The same environment, driven by another agent.
     sign.times.clear()
     env = gym.make(
         "avsec/ClosedLoop-v0",

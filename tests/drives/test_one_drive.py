@@ -109,7 +109,7 @@ def test_who_makes_no_plans_has_a_row_and_a_film_without_any(source: str, count:
         assert not len(made.film.plans)
 
 
-def test_a_driver_that_nobody_knows_is_refused_with_its_setting() -> None:
+def test_a_driver_that_is_unknown_is_refused_with_its_setting() -> None:
     for driver, message in (("idn", 'setting far.*mean "idm"'), ({"name": "idm", "x": 1}, "'x'")):
         with pytest.raises(ConfigurationError, match=message):
             DriveSetting("far", {"perception": "blind"}, driver).environment("layouts")

@@ -271,7 +271,7 @@ class Clock(DriveAttack):
 
 
 class WatchedFrames(Watched):
-    """One of sensors: frames that nobody reads may be left out."""
+    """One of sensors: frames that are not read may be left out."""
 
     frame_by_frame = True
 

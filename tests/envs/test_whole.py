@@ -252,7 +252,7 @@ def test_a_laser_plays_against_a_driving_car_with_every_part(drive: dict[str, An
     dark = played_in_the_loop(env, [-1.0, 1.0, 0.0, 0.0, 1.0])
     lit = played_in_the_loop(env, [1.0, 1.0, 0.0, 0.0, 1.0])
     assert (dark["frames"], dark["alarms"]) == (0, 0)
-    assert lit["frames"] - 1 == lit["alarms"] > 0  # Nobody reads the frame at the goal.
+    assert lit["frames"] - 1 == lit["alarms"] > 0  # The frame at the goal is not read.
     assert lit["camera"] == 3
 
 

@@ -36,7 +36,7 @@ class AttackedPerception:
 
     @property
     def frame_by_frame(self) -> bool:
-        """As of the perception without the attack: attacks are told of every frame by `act`."""
+        """As of the perception without the attack: attacks learn of every frame by `act`."""
         return bool(getattr(self.unattacked, "frame_by_frame", False))
 
     def begin(self, seed: int) -> None:

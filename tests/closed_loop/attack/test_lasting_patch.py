@@ -79,9 +79,9 @@ def test_a_vehicle_takes_it_along() -> None:
     assert attack.place(RIG.calibration, around(START, between)) is None
     assert attack.place(RIG.calibration, around((60.0, 0.0, 0.0), gone_on)) is None
     # The vehicle has left the scene: the poster is up, and nowhere.
-    nobody = around(START, np.zeros((0, 3)))
-    assert attack.place(RIG.calibration, nobody) is None
-    assert attack.state(nobody).tolist() == [1.0, 1.0, 0.0, 0.0, 0.0]
+    empty = around(START, np.zeros((0, 3)))
+    assert attack.place(RIG.calibration, empty) is None
+    assert attack.state(empty).tolist() == [1.0, 1.0, 0.0, 0.0, 0.0]
 
 
 def test_an_oncoming_vehicle_carries_it_in_front_and_no_poster_is_larger_than_its_carrier() -> None:
