@@ -5,6 +5,8 @@ searched against what is really there and will really come.  Where none stays on
 of everything until a second after the collision, no plan of this resolution avoided it.
 
 `unavoidable` proves more of fewer cases: it asks what any car could do from the start on.
+
+For users of the library (docs/closed_loop.md); of ours, studies/driving_safety asks it.
 """
 
 from __future__ import annotations

@@ -55,8 +55,8 @@ class SensorPerception:
     """
 
     frame_by_frame = True
-    """What it perceives depends on that frame alone, so that frames that are not read can be left out;
-    a `DrivePerception` without this attribute perceives every frame."""
+    """What it perceives depends on that frame alone, so that frames without a reader can be left
+    out; a `DrivePerception` without this attribute perceives every frame."""
 
     def __init__(self, pipeline: Pipeline, needs: SensorNeeds = SensorNeeds()) -> None:
         self.pipeline, self.needs = pipeline, needs

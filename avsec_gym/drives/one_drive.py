@@ -108,7 +108,7 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
         beliefs, elapsed, plans = [played.belief], [0.0], [-1]
         ended = False
         while not ended:
-            action, _ = driver.predict(observation)
+            action, _ = driver.predict(observation, deterministic=True)
             observation, _, terminated, truncated, info = environment.step(action)
             beliefs.append(played.belief)
             elapsed.append(played.elapsed)

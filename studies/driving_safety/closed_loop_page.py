@@ -44,8 +44,8 @@ def closed_loop_page(result: LoopTables) -> str:
         " attack (its [error model](error_models.md)), or what a detector finds in rendered sensor"
         " data, which a validator may judge (`defended`). All settings drive the same scenes with"
         " the same seeds. In brackets: 95 % intervals, of clusters: drives of one scene, windows of"
-        " one recording. First plan safe: the single query's answer, the first plan alone held against"
-        " what is there (at constant velocity). Score: NAVSIM's, and its paired difference from"
+        " one recording. First plan safe: the single query's answer, the first plan alone held"
+        " against what is there (at constant velocity). Score: NAVSIM's, and its paired difference from"
         " truth.",
         "",
     ]
