@@ -45,8 +45,8 @@ def closed_loop_page(result: LoopTables) -> str:
         " data, which a validator may judge (`defended`). All settings drive the same scenes with"
         " the same seeds. In brackets: 95 % intervals, of clusters: drives of one scene, windows of"
         " one recording. First plan safe: the single query's answer, the first plan alone held"
-        " against what is there (at constant velocity). Score: NAVSIM's, and its paired difference from"
-        " truth.",
+        " against what is there (at constant velocity). Score: NAVSIM's, and its paired difference"
+        " from truth.",
         "",
     ]
     for name, title in _SETS.items():
