@@ -140,6 +140,7 @@ BUILT_IN = {
         "avsec_gym.closed_loop.attack.spoofed_scan:SpoofedScan",
         {},
     ),
+    (Kind.DRIVE_ATTACK, "patch"): ("avsec_gym.closed_loop.attack.lasting_patch:LastingPatch", {}),
 }
 """Where each part is made, and with which arguments where none are given."""
 AMBIGUOUS_ATTACKS = {

@@ -18,6 +18,8 @@ PACKAGE = ROOT / "avsec_gym"
 
 # Why it is in the package all the same, module, and the page or example that shows it to users.
 LIBRARY = {
+    # Proves that no plan led past a collision; a user asks it of a drive.
+    "closed_loop.no_way_out": "docs/closed_loop.md",
     # Proves that no car could have avoided a collision; a user asks it of a scene.
     "closed_loop.unavoidable": "docs/closed_loop.md",
     # A picture of one's own detections.

@@ -63,6 +63,8 @@ class Arena:
 
     env: str
     arguments: Mapping[str, Any]
+    playing: Any = None
+    """The environment, or the batch of many, in which `play` asks for actions at present."""
     _single: gym.Env[Any, Any] | None = None
     _batches: dict[int, Any] = field(default_factory=dict)
 
@@ -106,6 +108,7 @@ class Arena:
             made.close()
 
     def _one(self, act: Act, seeds: list[int], most: int) -> Played:
+        self.playing = self.environment
         observation, info = self.environment.reset(seed=seeds[0])
         intention, scenario = str(info["intention"]), str(info["scenario"])
         total, steps, ended = 0.0, 0, False
@@ -121,7 +124,7 @@ class Arena:
         count = len(seeds)
         if count not in self._batches:
             self._batches[count] = batch_of(self.env, count, self.arguments)
-        envs = self._batches[count]
+        envs = self.playing = self._batches[count]
         observations, info = envs.reset(seed=seeds)
         # What is drawn: the infos of later steps may be those of episodes that begin anew.
         intention, scenario = (

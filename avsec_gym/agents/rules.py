@@ -13,7 +13,7 @@ _MOST_EPISODES = 1200
 """Training episodes that points are searched on, each of ten thousand: more would take hours."""
 
 
-NUMBER = {"avsec/GhostObject-v1": 6, "avsec/ClosedLoop-v0": 1}
+NUMBER = {"avsec/GhostObject-v1": 6, "avsec/ClosedLoop-v0": 2}
 """How many rules an environment has, where it has some."""
 
 
@@ -31,7 +31,8 @@ def rules_of(
     if env == "avsec/GhostObject-v1":
         yield from _place_rules(training, steps)
     if env == "avsec/ClosedLoop-v0":
-        yield "the planner", _planner(held_out), 0
+        yield "the planner", _driven(held_out, "planner"), 0
+        yield "highway-env's IDM", _driven(held_out, "idm"), 0
 
 
 def _place_rules(training: Arena, steps: int) -> Iterator[tuple[str, Act, int]]:
@@ -57,8 +58,20 @@ def _place_rules(training: Arena, steps: int) -> Iterator[tuple[str, Act, int]]:
     yield "a score for each spot, fitted", act_by(spot_table(known)), known.won.size
 
 
-def _planner(arena: Arena) -> Act:
-    from avsec_gym.envs.planner_driver import PlannerDriver
+def _driven(arena: Arena, name: str) -> Act:
+    """A driver by name in whatever environments the arena plays; each has its own."""
+    from avsec_gym.envs.drivers import Driver, driver_of
 
-    driver = PlannerDriver(arena.environment)
-    return lambda seen, ways: driver.predict(seen)[0]
+    drivers: dict[Any, Driver] = {}
+
+    def act(seen: Any, ways: Any) -> Any:
+        played = arena.playing.unwrapped
+        alone = getattr(played, "alone", [played])
+        actions = np.zeros((len(alone), 2), np.float32)
+        for i in np.flatnonzero(~getattr(played, "ended", np.zeros(1, bool))).tolist():
+            if alone[i] not in drivers:
+                drivers[alone[i]] = driver_of(name, alone[i])
+            actions[i] = drivers[alone[i]].predict(seen[i], deterministic=True)[0]
+        return actions
+
+    return act

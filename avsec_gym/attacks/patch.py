@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from avsec_gym.argument_checks import instance_of, label, number, one_of, shown
+from avsec_gym.argument_checks import instance_of, label, number, one_of
 from avsec_gym.attacks.argument_domains import RADII
 from avsec_gym.attacks.attack import LEFT, Budget, Seed, Victim
-from avsec_gym.attacks.patch_files import Patch, PatchCard, load_patch
+from avsec_gym.attacks.patch_files import Patch, PatchCard, patch_of
 from avsec_gym.attacks.patch_pasting import largest_area, paste_on_frame
 from avsec_gym.attacks.patch_placement import (
     PatchPlace,
@@ -19,7 +19,6 @@ from avsec_gym.attacks.patch_placement import (
     random_place,
     specific_place,
 )
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.weights.weights_hash import weights_hash
 
@@ -56,7 +55,7 @@ class PatchAttack:
             object.__setattr__(self, "radius", number("radius", self.radius, *RADII))
         instance_of("range", self.range, PatchRange)
         label("name", self.name)
-        object.__setattr__(self, "patch", _given(self.patch))
+        object.__setattr__(self, "patch", patch_of(self.patch))
 
     @property
     def budget(self) -> Budget:
@@ -108,15 +107,3 @@ def _report_other_weights(card: PatchCard | None, detector: Any) -> None:
     if message not in _REPORTED:
         _REPORTED.add(message)
         _LOG.warning(message)
-
-
-def _given(patch: Patch | str | Path) -> Patch:
-    if isinstance(patch, Patch):
-        return patch
-    if not isinstance(patch, str | Path):
-        raise ConfigurationError(
-            f"patch takes a file, a Patch, 'grey' or 'noise', got {shown(patch)}"
-        )
-    if patch == "grey":
-        return Patch.grey()
-    return Patch.noise() if patch == "noise" else load_patch(patch)

@@ -13,6 +13,7 @@ import torch
 from safetensors.torch import save
 from torch import Tensor
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.attacks.patch_pasting import disc
 from avsec_gym.attacks.patch_placement import RADIUS
 from avsec_gym.errors import ConfigurationError, DataError
@@ -151,6 +152,27 @@ def load_patch(path: str | Path) -> Patch:
     if card is not None and card.sha256 != hashlib.sha256(content).hexdigest():
         raise DataError("The file is not the one of its card.", path=path, remedy=_AGAIN)
     return replace(patch, card=card)
+
+
+def patch_of(what: Patch | str | Path) -> Patch:
+    """The patch that a name, a file or an object stands for.
+
+    Args:
+        what: A patch, its file, or the name of a control, ``grey`` or ``noise``.
+
+    Raises:
+        ConfigurationError: It is something else.
+        DataError: The file is missing, damaged, or no patch.
+    """
+    if isinstance(what, Patch):
+        return what
+    if not isinstance(what, str | Path):
+        raise ConfigurationError(
+            f"patch takes a file, a Patch, 'grey' or 'noise', got {shown(what)}"
+        )
+    if what == "grey":
+        return Patch.grey()
+    return Patch.noise() if what == "noise" else load_patch(what)
 
 
 def _read_card(path: Path) -> PatchCard | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.storage.npz_files import read_npz
 
 _MOST_BYTES = 2**28
@@ -86,6 +87,14 @@ class DriveFilm:
         return [
             np.vstack([left, right[::-1]])
             for left, right in zip(sides[::2], sides[1::2], strict=True)
+        ]
+
+    def replannings(self) -> list[tuple[float, EgoState]]:
+        """When each plan was made, seconds since the start, and the state that was reached then."""
+        began = np.flatnonzero(np.diff(self.planned) > 0).tolist()
+        return [
+            (float(self.times[row]), EgoState(*self.car[row].tolist()))
+            for row in ([0, *began] if (self.planned >= 0).any() else [])
         ]
 
     def at(self, time: float) -> int:

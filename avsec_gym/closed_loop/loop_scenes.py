@@ -88,7 +88,7 @@ class LoopScenes:
 
 
 def loop_scenes(
-    source: str | Path = LAYOUTS,
+    source: str | Path = DRIVES,
     *,
     kitti: str | Path | None = None,
     seed: int = 0,
@@ -100,8 +100,8 @@ def loop_scenes(
     """The scenes that a name or a folder stands for.
 
     Args:
-        source: ``layouts``: procedural scenes on the thesis' straight lanes, movers at constant
-            velocity; ``drives``: procedural drives on the world's own road; ``kitti_tracking``
+        source: ``drives``: procedural drives on the world's own road; ``layouts``: procedural
+            scenes on the thesis' straight lanes, movers at constant velocity; ``kitti_tracking``
             or ``kitti_raw``: windows of the recordings under `root`, on a corridor along the
             recorded car's path; a folder of labelled scenarios, of KITTI labels or of the KITTI
             object data, as ``layouts``; or a folder of CommonRoad files, on their own roads.

@@ -11,6 +11,7 @@ from avsec_gym.closed_loop.integration import driven
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.primitives import MotionPrimitives
 from avsec_gym.planners.vehicle import BMW_320I, is_feasible
+from avsec_gym.scenario.planning_scenario import EgoState
 
 _SPACING = 2.0
 """m/s between the speeds of a grid: 4 m/s2 over a primitive."""
@@ -45,6 +46,19 @@ def primitives_from(
         _nearest(steering_angle, angles, _ANGLE_GRAIN),
     )
     return _made(start, tuple(speeds), tuple(angles))
+
+
+def rounded_start(start: EgoState, primitives: MotionPrimitives) -> EgoState:
+    """The start with the speed and the angle of the wheels that primitives begin with.
+
+    Args:
+        start: The state that was reached.
+        primitives: What `primitives_from` made for it.
+    """
+    begins = primitives.states[:, 0]
+    off = abs(begins[:, 2] - start.velocity) + abs(begins[:, 4] - start.steering_angle)
+    nearest = begins[int(np.argmin(off))]
+    return replace(start, velocity=max(float(nearest[2]), 0.0), steering_angle=float(nearest[4]))
 
 
 def _nearest(value: float, grid: list[float], grain: float) -> float:

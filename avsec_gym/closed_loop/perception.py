@@ -15,6 +15,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.sensor_needs import SensorNeeds
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Perception, Pipeline
 from avsec_gym.scenario.scene import Scene
 
@@ -53,8 +54,14 @@ class SensorPerception:
         needs: What of a frame they read.
     """
 
+    frame_by_frame = True
+    """What it perceives depends on that frame alone, so that frames without a reader can be left
+    out; a `DrivePerception` without this attribute perceives every frame."""
+
     def __init__(self, pipeline: Pipeline, needs: SensorNeeds = SensorNeeds()) -> None:
         self.pipeline, self.needs = pipeline, needs
+        self.frame: SensorFrame | None = None
+        """What the sensors delivered last, after the attack; None: nothing yet."""
         self._seed = 0
 
     def begin(self, seed: int) -> None:
@@ -80,6 +87,7 @@ class SensorPerception:
             surroundings.intention,
             seed=(self._seed, round(1000 * surroundings.time)),
         )
+        self.frame = seen
         return self.pipeline.perceive(seen)
 
 

@@ -24,7 +24,7 @@ from avsec_gym.argument_checks import number
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe, widened
 from avsec_gym.closed_loop.following import follow
-from avsec_gym.closed_loop.made_primitives import primitives_from
+from avsec_gym.closed_loop.made_primitives import primitives_from, rounded_start
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.emergency_stop import DECELERATION, emergency_stop
 from avsec_gym.errors import PlanningError
@@ -121,20 +121,29 @@ class PlannerPolicy:
         self._intention, self.decisions = intention, []
         self._changes_until = None
 
-    def drive(self, state: EgoState, belief: Belief) -> tuple[float, float]:
+    def drive(
+        self, state: EgoState, belief: Belief, now: float | None = None
+    ) -> tuple[float, float]:
         """Acceleration (m/s2) and steering angle (rad, to the left) until the next call.
 
         Args:
             state: The state that the car has really reached.
-            belief: The car's present belief.
+            belief: The car's last belief; where a plan is due, that of the present.
+            now: Seconds since the start of the drive; None: the time of the belief.
         """
-        due = not self.decisions or (belief.time - self.decisions[-1].time > self.replanning - 1e-6)
+        now = belief.time if now is None else now
+        due = not self.decisions or now > self.next_plan - 1e-6
         if due or (belief.stops and self.decisions[-1].ambition != Ambition.STOP):
             self.decisions.append(self._decision(state, belief))
         decision = self.decisions[-1]
         trajectory = decision.plan.trajectory
         assert trajectory is not None
-        return follow(trajectory, belief.time - decision.time, state)
+        return follow(trajectory, now - decision.time, state)
+
+    @property
+    def next_plan(self) -> float:
+        """When the next plan is due, seconds since the start of the drive; 0 before the first."""
+        return self.decisions[-1].time + self.replanning if self.decisions else 0.0
 
     def _decision(self, state: EgoState, belief: Belief) -> Replanning:
         problem = self._problem(state, belief, ())
@@ -263,7 +272,7 @@ class PlannerPolicy:
                     start = problem.start
                     made = primitives_from(start.velocity, start.steering_angle, cruise)
                     planner = replace(planner, primitives=made)
-                    problem = replace(problem, start=_rounded(start, made))
+                    problem = replace(problem, start=rounded_start(start, made))
                     thorough = False
                 if not thorough:
                     planner = replace(planner, node_limit=min(_NODES, planner.node_limit))
@@ -311,11 +320,3 @@ def _speed_on_grid(problem: PlanningScenario, cruise: tuple[float, float]) -> fl
     ):
         return speed
     return None
-
-
-def _rounded(start: EgoState, primitives: Any) -> EgoState:
-    """The start with the angle of the wheels that the primitives begin with."""
-    begins = primitives.states[:, 0]
-    off = abs(begins[:, 2] - start.velocity) + abs(begins[:, 4] - start.steering_angle)
-    nearest = begins[int(np.argmin(off))]
-    return replace(start, velocity=max(float(nearest[2]), 0.0), steering_angle=float(nearest[4]))

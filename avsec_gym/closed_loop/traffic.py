@@ -8,6 +8,7 @@ import numpy as np
 from highway_env.road.road import Road
 from numpy.typing import NDArray
 
+from avsec_gym.closed_loop.reacting import Reacting
 from avsec_gym.closed_loop.surroundings import ActorStates, Surroundings
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.closed_loop.vehicles import ReactingVehicle, RecordedVehicle
@@ -15,8 +16,6 @@ from avsec_gym.geometry import Floats
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
 
-RECORDED, REACTING = "recorded", "reacting"
-"""What actors do: play their tracks, or, where they drive in a lane, drive by highway-env's IDM."""
 _SLOWEST = 1.0
 """m/s: slower vehicles are not taken for drivers."""
 _ALONG = 0.5
@@ -30,17 +29,19 @@ class RoadTraffic:
     Args:
         scene: The scene.
         road: highway-env's road, on which the actors are put.
-        behaviour: `RECORDED` or `REACTING`.
+        reacting: Which of them are driven by highway-env's IDM; the others play their tracks.
     """
 
-    def __init__(self, scene: TrafficScene, road: Road, behaviour: str = RECORDED) -> None:
+    def __init__(self, scene: TrafficScene, road: Road, reacting: Reacting = Reacting()) -> None:
         self.scene, self.road, self._time = scene, road, scene.sets_off
         tracks = scene.tracks
+        chosen = frozenset[int]()
+        if not reacting.is_recorded:
+            drivers = [i for i in range(len(tracks)) if self._drives(i)]
+            chosen = reacting.chosen(scene.id, tracks.ids[drivers])
         self.actors = [
-            (ReactingVehicle if behaviour == REACTING and self._drives(i) else RecordedVehicle)(
-                tracks, i, road, self._time
-            )
-            for i in range(len(tracks))
+            (ReactingVehicle if id in chosen else RecordedVehicle)(tracks, i, road, self._time)
+            for i, id in enumerate(tracks.ids.tolist())
         ]
         self._reacts = np.array([isinstance(each, ReactingVehicle) for each in self.actors], bool)
         self._others = list(road.vehicles)

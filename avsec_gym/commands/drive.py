@@ -27,15 +27,15 @@ class DriveInTraffic:
     """Drive on in traffic, by what the car believes, under several settings side by side.
 
     The planner replans every half second from where the car has really come to. Without options:
-    procedural scenes, by a car that knows the truth and by one that sees nothing. Prints a table;
+    procedural drives, by a car that knows the truth and by one that sees nothing. Prints a table;
     writes a row and a film for each drive, and a page with film strips of what went wrong.
     """
 
     scenarios: str | None = None
-    """Which scenes: `layouts` (procedural, straight lanes), `drives` (procedural, the world's own
-    road, with sensors), a folder of labelled scenarios, of KITTI labels or of CommonRoad files; or
-    JSON with arguments, such as '{"source": "kitti_tracking", "root": FOLDER}'.  Default: layouts;
-    drives where a setting has sensors."""
+    """Which scenes: `drives` (procedural, the world's own road, with sensors), `layouts`
+    (procedural, straight lanes), a folder of labelled scenarios, of KITTI labels or of CommonRoad
+    files; or JSON with arguments, such as '{"source": "kitti_tracking", "root": FOLDER}'.  Default:
+    drives."""
     ids: tuple[str, ...] = ()
     """Only these scenes, by their ids."""
     limit: int | None = None
@@ -45,7 +45,8 @@ class DriveInTraffic:
     settings: tuple[str, ...] = ()
     """What the car is: truth, blind, error-model, lidar, stereo (with their usual detectors),
     detector, attacked, defended; or JSON with a
-    name and arguments of avsec/ClosedLoop-v0, such as '{"name": "far", "perception": "blind"}'.
+    name and arguments of avsec/ClosedLoop-v0, such as '{"name": "far", "perception": "blind"}', and
+    a driver of its own, such as '{"name": "follower", "perception": "truth", "driver": "idm"}'.
     Default: truth and blind, and those that the options below are for."""
     detector: str | None = None
     """Detector of the settings detector, attacked and defended: a name, or JSON with arguments.
@@ -65,10 +66,15 @@ class DriveInTraffic:
     shipped one, such as stereo_rcnn. Of several, each is a setting of its own name."""
     planner: str = "astar"
     """Planner of all settings: a name, or JSON with arguments."""
+    driver: str = "planner"
+    """Who drives in all settings: planner, or idm, highway-env's own (IDM, and MOBIL for the lane
+    change that the intention asks for); or JSON: '{"name": "planner", "replanning": 0.2}'."""
     motion: Literal["truth", "static", "classifier"] = "truth"
     """Motion of all settings: how the planner takes believed objects to move."""
-    traffic: Literal["recorded", "reacting"] = "recorded"
-    """Others play their tracks, or vehicles in a lane are driven by highway-env's IDM."""
+    traffic: str = "recorded"
+    """What others do: `recorded`, they play their tracks; `reacting`, vehicles in a lane are driven
+    by highway-env's IDM; or JSON: '{"name": "reacting", "share": 0.5}', a share of these, or
+    '{"name": "reacting", "ids": [3, 7]}', actors by their ids."""
     duration: float = 8.0
     """Seconds that a drive takes at most."""
     people: bool = field(default=True, metadata={"help": "Without pedestrians and cyclists."})
@@ -103,7 +109,7 @@ class DriveInTraffic:
 
         self._check()
         settings = self._settings()
-        scenarios = self._scenarios(settings)
+        scenarios = self._scenarios()
         # All settings are made once, so that what cannot work is refused before anything is done.
         environments = [setting.environment(scenarios) for setting in settings]
         tasks = self._tasks(environments[0], settings)
@@ -168,8 +174,9 @@ class DriveInTraffic:
         shared = {
             "planner": named["planner"],
             "motion": self.motion,
-            "traffic": self.traffic,
+            "traffic": named_part(self.traffic, "--traffic"),
             "duration": self.duration,
+            "driver": named_part(self.driver, "--driver"),
         }
         parts = DriveParts(
             named.get("detector"),
@@ -181,12 +188,11 @@ class DriveInTraffic:
         )
         return parts.settings(self.settings)
 
-    def _scenarios(self, settings: list[DriveSetting]) -> Any:
+    def _scenarios(self) -> Any:
         """The scenes as the environment takes them."""
         from avsec_gym.commands.named_part import named_part
 
-        usual = _DRIVES if any(setting.has_sensors for setting in settings) else _LAYOUTS
-        given = named_part(self.scenarios or usual, "--scenarios")
+        given = named_part(self.scenarios or _DRIVES, "--scenarios")
         arguments = given if isinstance(given, dict) else {"source": given}
         arguments = {"seed": self.seed, "people": self.people, **arguments}
         number = self.limit
@@ -232,7 +238,7 @@ class DriveInTraffic:
             "ids": list(self.ids),
             "intention": self.intention,
             "seed": self.seed,
-            "settings": {setting.name: dict(setting.arguments) for setting in settings},
+            "settings": {setting.name: setting.record for setting in settings},
         }
         if self.error_model:
             files = [error_model_file(model) for model in self.error_model]

@@ -9,12 +9,14 @@ from typing import Any
 
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.drives.setting import DriveSetting, check_names
+from avsec_gym.envs.drivers import PLANNER
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
 TRUTH, BLIND, ERROR_MODEL = "truth", "blind", "error-model"
 DETECTOR, ATTACKED, DEFENDED = "detector", "attacked", "defended"
 LIDAR, STEREO = "lidar", "stereo"
+DRIVER = "driver"
 KNOWN = (TRUTH, BLIND, ERROR_MODEL, LIDAR, STEREO, DETECTOR, ATTACKED, DEFENDED)
 
 
@@ -28,7 +30,7 @@ class DriveParts:
         validator: The validator; None: none is named.
         error_model: The files, or names, of error models.
         sensing: Other arguments of cars with sensors, such as a classifier.
-        shared: Arguments of every setting, such as the planner.
+        shared: Arguments of every setting, such as the planner, and its `driver`.
     """
 
     detector: Any = None
@@ -88,24 +90,27 @@ class DriveParts:
         """One setting; of several error models, one of each."""
         if what != ERROR_MODEL or len(self.error_model) < 2:
             return [self._setting(what)]
-        return [
-            DriveSetting(Path(model).stem, {**(self.shared or {}), **_believing(model)})
-            for model in self.error_model
-        ]
+        return [self._made(Path(model).stem, _believing(model)) for model in self.error_model]
+
+    def _made(self, name: str, own: Mapping[str, Any]) -> DriveSetting:
+        """The setting of a name, with what all have."""
+        arguments = {**(self.shared or {}), **own}
+        driver = arguments.pop(DRIVER, PLANNER)
+        return DriveSetting(name, arguments, driver)
 
     def _setting(self, what: Any) -> DriveSetting:
         if isinstance(what, Mapping):
             own = {key: value for key, value in what.items() if key != "name"}
             if not isinstance(what.get("name"), str):
                 raise ConfigurationError(f"a setting as JSON needs a name, got {dict(what)}")
-            return DriveSetting(what["name"], {**(self.shared or {}), **own})
+            return self._made(what["name"], own)
         if what not in KNOWN:
             problem = f"there is no setting {what}"
             raise ConfigurationError(
                 f"{unknown_name(problem, what, KNOWN)}; or JSON, such as "
                 """'{"name": "far", "perception": "blind"}'"""
             )
-        return DriveSetting(what, {**(self.shared or {}), **self._arguments(what)})
+        return self._made(what, self._arguments(what))
 
     def _arguments(self, name: str) -> dict[str, Any]:
         """The arguments of a known setting that other settings do not share."""

@@ -99,7 +99,17 @@ class DriveFolder:
             )
 
     def _film(self, id: str) -> Path:
-        return self.out / FILMS / f"{id.replace('/', '_')}.npz"
+        return film_file(self.out, id)
+
+
+def film_file(out: Path, id: str) -> Path:
+    """Where a folder of drives keeps the film of one.
+
+    Args:
+        out: The folder.
+        id: The drive's id.
+    """
+    return out / FILMS / f"{id.replace('/', '_')}.npz"
 
 
 def has_drives(out: Path) -> bool:

@@ -41,7 +41,8 @@ class DriveRow(TypedDict):
     emergency_stops: int
     first_plan: Literal["safe", "collision", "unplanned"]
     """The collision check of the first plan alone, as a single query has it: ``safe``,
-    ``collision``, or ``unplanned`` where the car began with an emergency stop."""
+    ``collision``, or ``unplanned`` where the car began with an emergency stop, or where its driver
+    makes no plans."""
 
 
 class DriveSeconds(TypedDict):

@@ -93,7 +93,10 @@ class _Drives:
         self._environments: dict[str, Any] = {}
 
     def __call__(self, tasks: Tasks) -> list[Driven]:
-        return [drive(self._environment(task.setting), task) for task in tasks]
+        return [
+            drive(self._environment(task.setting), task, self._settings[task.setting].driver)
+            for task in tasks
+        ]
 
     def _environment(self, setting: str) -> Any:
         if setting not in self._environments:

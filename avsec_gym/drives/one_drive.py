@@ -1,4 +1,4 @@
-"""One drive by a planner: its row, its film, and how long it took."""
+"""One drive: its row, its film, and how long it took."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from avsec_gym.closed_loop.perception import TruthPerception
 from avsec_gym.closed_loop.planner_policy import Ambition, Replanning
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.drives.drive_row import drive_id
+from avsec_gym.envs.drivers import PLANNER, Driver, driver_of
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.geometry import Floats
@@ -84,12 +85,13 @@ class Driven:
     seconds: float
 
 
-def drive(environment: Any, task: DriveTask) -> Driven:
-    """Drive a scene to its end, by the environment's planner.
+def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
+    """Drive a scene to its end.
 
     Args:
         environment: The environment of the task's setting.
         task: The drive.
+        by: Who drives: a name or a dictionary, as `driver_of` takes it.
 
     Raises:
         ConfigurationError: There is no such scene, or it has no lane for the intention.
@@ -98,7 +100,7 @@ def drive(environment: Any, task: DriveTask) -> Driven:
     played = environment.unwrapped
     with one_thread():
         played.scenes.scene(task.scenario)
-        driver = PlannerDriver(environment)
+        driver = driver_of(by, environment)
         options = {"scenario": task.scenario, "intention": task.intention}
         begun = time.perf_counter()
         observation, info = environment.reset(seed=task.seed, options=options)
@@ -106,16 +108,17 @@ def drive(environment: Any, task: DriveTask) -> Driven:
         beliefs, elapsed, plans = [played.belief], [0.0], [-1]
         ended = False
         while not ended:
-            action, _ = driver.predict(observation)
+            action, _ = driver.predict(observation, deterministic=True)
             observation, _, terminated, truncated, info = environment.step(action)
             beliefs.append(played.belief)
             elapsed.append(played.elapsed)
-            plans.append(len(driver.policy.decisions) - 1)
+            plans.append(len(_decisions(driver)) - 1)
             ended = terminated or truncated
         seconds = time.perf_counter() - begun
-    plans[0] = 0
-    film = _film(played, beliefs, elapsed, plans, driver.policy.decisions)
-    stops = [each for each in driver.policy.decisions if each.ambition == Ambition.STOP]
+    decisions = _decisions(driver)
+    plans[0] = min(0, len(decisions) - 1)
+    film = _film(played, beliefs, elapsed, plans, decisions)
+    stops = [each for each in decisions if each.ambition == Ambition.STOP]
     row: dict[str, Any] = {
         "id": task.id,
         "setting": task.setting,
@@ -129,9 +132,14 @@ def drive(environment: Any, task: DriveTask) -> Driven:
         "touched": _touched(played, film),
         "hardest_braking": round(float(film.braking.max()), 6),
         "emergency_stops": len(stops),
-        "first_plan": _first_plan(driver.policy.decisions[0], start),
+        "first_plan": _first_plan(decisions[0], start) if decisions else UNPLANNED,
     }
     return Driven(with_schema("drive.row", row), film, seconds)
+
+
+def _decisions(driver: Driver) -> list[Replanning]:
+    """What a driver has planned so far; nothing, where it makes no plans."""
+    return driver.policy.decisions if isinstance(driver, PlannerDriver) else []
 
 
 def _first_plan(decision: Replanning, start: Surroundings) -> str:
@@ -188,10 +196,12 @@ def _film(
             [np.column_stack([each.poses, each.lengths, each.widths]) for each in beliefs]
         ),
         believed_at=np.repeat(np.arange(len(beliefs)), [len(each.lengths) for each in beliefs]),
-        plans=np.vstack(points),
-        plan_of=np.repeat(np.arange(len(points)), [len(each) for each in points]),
+        plans=np.vstack([np.zeros((0, 2)), *points]),
+        plan_of=np.repeat(np.arange(len(points)), np.array([len(each) for each in points], int)),
         planned=np.array(plans),
-        stops=np.array([decisions[number].ambition == Ambition.STOP for number in plans]),
+        stops=np.array(
+            [number >= 0 and decisions[number].ambition == Ambition.STOP for number in plans]
+        ),
         bounds=np.vstack(sides),
         bound_of=np.repeat(np.arange(len(sides)), [len(side) for side in sides]),
         goal=_goal_line(played),

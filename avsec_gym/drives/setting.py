@@ -8,6 +8,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from avsec_gym.envs.drivers import PLANNER, check_named_driver
 from avsec_gym.envs.light_closed_loop import light_form
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.errors import ConfigurationError
@@ -23,15 +24,18 @@ class DriveSetting:
     Args:
         name: What its drives are filed under.
         arguments: The arguments of the environment beside its scenes, JSON-able.
+        driver: Who drives, a name or a dictionary.
     """
 
     name: str
     arguments: Mapping[str, Any]
+    driver: Any = PLANNER
 
     @property
-    def has_sensors(self) -> bool:
-        """Whether the car reads what its sensors deliver, so that the scenes need some."""
-        return self.arguments.get("perception") in ("sensors", "lidar", "stereo")
+    def record(self) -> dict[str, Any]:
+        """All that decides its drives: the arguments, and a driver that is not the planner."""
+        driver = {} if self.driver == PLANNER else {"driver": self.driver}
+        return {**self.arguments, **driver}
 
     def environment(self, scenarios: Any) -> gym.Env[Any, Any]:
         """The environment to drive in: without highway-env where that makes the same drives.
@@ -45,6 +49,7 @@ class DriveSetting:
         """
         register_environments()
         try:
+            check_named_driver(self.driver)
             with one_thread():
                 made: gym.Env[Any, Any] = gym.make(
                     ENVIRONMENT, scenarios=scenarios, disable_env_checker=True, **self.arguments

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -11,6 +11,7 @@ from highway_env.envs.common.abstract import AbstractEnv
 from highway_env.envs.common.action import action_factory
 
 from avsec_gym.argument_checks import number, one_of
+from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.closed_loop.belief import Belief, belief_of
 from avsec_gym.closed_loop.drive_log import DriveLog
 from avsec_gym.closed_loop.drive_record import (
@@ -21,11 +22,12 @@ from avsec_gym.closed_loop.drive_recorder import DriveRecorder
 from avsec_gym.closed_loop.loop_road import LoopRoad
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
 from avsec_gym.closed_loop.perception import DrivePerception, SensorPerception
+from avsec_gym.closed_loop.reacting import RECORDED, reacting_of
 from avsec_gym.closed_loop.road_frame import mirrored_angle
 from avsec_gym.closed_loop.road_network import network_of
 from avsec_gym.closed_loop.sensor_needs import sensing
 from avsec_gym.closed_loop.surroundings import Surroundings
-from avsec_gym.closed_loop.traffic import REACTING, RECORDED, RoadTraffic
+from avsec_gym.closed_loop.traffic import RoadTraffic
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop_actions import car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
@@ -34,8 +36,10 @@ from avsec_gym.envs.closed_loop_parts import (
     check_sensing,
     checked_scenarios,
     perception_of,
+    sensors_read,
     with_detector,
 )
+from avsec_gym.envs.observations import FEATURES, FRAME, THUMBNAIL
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
@@ -43,13 +47,14 @@ from avsec_gym.registry import Kind
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.sensor_system import Sensor
 from avsec_gym.suggestions import unknown_name
 
 REFUSED = {"clean": "thresholds come as a table here, which `avsec validate` makes"}
 """Parts that have no meaning here, with the reason."""
 
 
-@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     """Drive a car among recorded or reacting traffic, by what it believes.
 
@@ -63,7 +68,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     track), 4.508 x 1.610 m, and never rolls backwards.
 
     `avsec_gym.envs.planner_driver.PlannerDriver` plays it by a motion planner that replans every
-    0.5 s.
+    0.5 s.  Sensors are then rendered at each replanning alone: what the planner does not read is
+    left out, and beliefs, observations and alarms in between are those of the last replanning.
+    `avsec_gym.envs.idm_driver.IdmDriver`, highway-env's own driver, is the other baseline.
 
     ## Observation
     `Box(-1, 1, (157,), float32)`: 13 numbers about the car, values cut at 1: speed / 25 m/s; angle
@@ -77,6 +84,10 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
 
     `config={"observation": {"type": "Kinematics"}}` and highway-env's other types show believed
     objects in highway-env's form, too.
+
+    With `observation="frame"`, where the perception reads images, `Dict`: `left` and `right`,
+    `Box(0, 255, (48, 160, 3), uint8)`, the images of cameras 2 and 3 as the sensors delivered them,
+    attacked or not, in another size; and `features`, the vector above.
 
     ## Action
     `Box(-1, 1, (2,), float32)`: acceleration, -8 to 8 m/s2, and the steering angle, -45 to 45
@@ -102,8 +113,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     its parts `no_collision`, `drivable`, `ttc_bound`, `progress_share`, `comfort` (0 before).
 
     ## Arguments
-    * `scenarios="layouts"`: procedural scenes on the thesis' straight lanes, their movers at
-      constant velocity; `"drives"`: procedural drives on the world's own road; a folder of
+    * `scenarios="drives"`: 100 procedural drives on the world's own road, straight or bent, each
+      made when it is first driven (0.2 s); `"layouts"`: procedural scenes on the thesis' straight
+      lanes, where every intention has a lane, their movers at constant velocity; a folder of
       labelled scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
       `{"source": "drives", "seed": 1, "count": 20, "people": False}`, or
       `{"source": "kitti_tracking", "root": FOLDER}` (or `"kitti_raw"`): KITTI's recordings.
@@ -119,7 +131,11 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       each overlaps most; `"static"`; `"classifier"`.
     * `planner="astar"`: of `PlannerDriver`.
     * `traffic="recorded"`: or `"reacting"`: vehicles that drive in a lane are driven by
-      highway-env's IDM.
+      highway-env's IDM; or `{"name": "reacting", "share": 0.5}`, a share of them, which follows
+      from the scene's id; or `{"name": "reacting", "ids": [3, 7]}`, actors by their ids (those of
+      `surroundings().actors`).
+    * `observation="features"`: or `"frame"`; `frame_size=(48, 160)`: height and width of its
+      images, (375, 1242) as rendered for `"sensors"`.
     * `duration=8.0`: seconds.
     * `config=None`: highway-env's configuration, what differs from the default.
     * `render_mode`: None, `"rgb_array"` or `"human"`.
@@ -137,7 +153,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self,
         *,
         perception: Any = "truth",
-        traffic: str = RECORDED,
+        traffic: Any = RECORDED,
+        observation: str = FEATURES,
+        frame_size: Sequence[int] = THUMBNAIL,
         duration: float = DURATION,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
@@ -150,14 +168,21 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self.metadata: dict[str, Any] = dict(AbstractEnv.metadata)
         taken = parts_of(self, with_detector(perception, parts))
         self.motion = Motion.named(taken.motion)
-        self.traffic_behaviour = one_of("traffic", traffic, (RECORDED, REACTING))
+        self.reacting = reacting_of(traffic)
+        """Which vehicles react."""
         self.duration = number("duration", duration, 0.5, 30.0)
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
         check_sensing(perception, taken)
+        if one_of("observation", observation, (FEATURES, FRAME)) == FRAME:
+            config = _observing_frames(config, frame_size, sensors_read(perception, taken))
         self._scenes: LoopScenes | None = None
         self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""
+        self.unread_until = 0.0
+        """Seconds since the start before which no belief is read; drivers set it for one step.
+
+        A perception that is `frame_by_frame` leaves such frames out."""
         self._ready = False
         self.intention = Intention.STRAIGHT
         super().__init__(config=config, render_mode=render_mode)
@@ -257,7 +282,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         car = car_on_road(self.scene, self.road, self.config["action"])
         self.vehicle = car
         self.road.vehicles = [car]
-        self.traffic = RoadTraffic(self.scene, self.road, self.traffic_behaviour)
+        self.traffic = RoadTraffic(self.scene, self.road, self.reacting)
         self._recorder = DriveRecorder(
             self.traffic,
             self.intention,
@@ -268,6 +293,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._elapsed = 0
         self._progress = self._before = 0.0
         self.perception.begin(int(self.np_random.integers(2**31)))
+        self.unread_until = 0.0
         self._perceive()
 
     @property
@@ -328,6 +354,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         return self.traffic.around(self.state, self.elapsed, self.intention)
 
     def _perceive(self) -> None:
+        unread, self.unread_until = self.elapsed < self.unread_until - 1e-6, 0.0
+        if unread and getattr(self.perception, "frame_by_frame", False):
+            return
         surroundings = self.surroundings()
         perceived = self.perception.perceive(surroundings)
         self.belief: Belief = belief_of(perceived, surroundings, self.motion)
@@ -399,3 +428,30 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             "speed": float(self.vehicle.speed),
             "crashed": bool(self.vehicle.crashed),
         }
+
+
+def _observing_frames(
+    config: dict[str, Any] | None, size: Sequence[int], read: frozenset[Sensor]
+) -> dict[str, Any]:
+    """The configuration with frames as observations.
+
+    Args:
+        config: highway-env's configuration, what differs from the default.
+        size: Height and width of the images, pixels.
+        read: The sensors that the perception reads.
+
+    Raises:
+        ConfigurationError: No images are read, or the configuration has an observation, too.
+    """
+    if not {LEFT, RIGHT} <= read:
+        raise ConfigurationError(
+            'observation="frame" shows images, and this perception does not read any: give'
+            ' perception="sensors" or "stereo", or observation="features"'
+        )
+    if config is not None and "observation" in config:
+        raise ConfigurationError(
+            'observation="frame" and an observation in config: give one of them'
+        )
+    if isinstance(size, str) or len(size) != 2:
+        raise ConfigurationError(f"frame_size is a height and a width, got {size!r}")
+    return {**(config or {}), "observation": {"type": "Frame", "size": list(size)}}

@@ -15,7 +15,8 @@ from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.belief import belief_of
 from avsec_gym.closed_loop.loop_scenes import DRIVES
 from avsec_gym.closed_loop.perception import BlindPerception, DrivePerception, TruthPerception
-from avsec_gym.closed_loop.traffic import RECORDED
+from avsec_gym.closed_loop.reacting import RECORDED
+from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.closed_loop import ClosedLoopEnv
@@ -58,7 +59,7 @@ REFUSED = {
 """Parts that have no meaning here, with the reason."""
 
 
-@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """Make a car drive unsafely by its own fault, over time and within a budget.
 
@@ -74,9 +75,9 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     (`avsec_gym.closed_loop.fault`), or leaves the road.  A crash that is another one's fault does
     not count, nor that the car brakes for a ghost until the time is over.
 
-    In contested drives (`contested=True`) the best of 12 constants wins 32 % (24-42 %) with the
-    default budget, and a rule that waits until something in the way is near 36 % (27-46 %)
-    (docs/closed_loop.md).
+    In contested drives of layouts (`contested=True, scenarios="layouts"`) the best of 12 constants
+    wins 32 % (24-42 %) with the default budget, and a rule that waits until something in the way is
+    near 36 % (27-46 %) (docs/closed_loop.md).
 
     ## Observation
     `Box(-1, 1, (177,), float32)`, 162 and what depends on the attack, values cut at 1.  13 numbers
@@ -94,13 +95,16 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     pi.  Of each hide, above 0: hide the object nearest to a place, ahead and left as for ghosts.
     Places count when something is put up; to move a ghost, take it down first.  ``facula``, 5
     numbers: on; the right camera if above 0, else the left; ahead and left of the object that
-    carries the laser; radius.  ``spoofed_scan``, 5 numbers: up; ahead and left; width; height.  All
-    is scaled linearly; the classes in `avsec_gym.closed_loop.attack` state the ranges.
+    carries the laser; radius.  ``spoofed_scan``, 5 numbers: up; ahead and left; width; height.
+    ``patch``, 5 numbers: up; on the vehicle nearest to a place if above 0, else at the place
+    itself; ahead and left; diameter.  All is scaled linearly; the classes in
+    `avsec_gym.closed_loop.attack` state the ranges.
 
     ## Reward
     1 when the attack counts, less 0.1 times the share of the energy that the frame took.  A frame
-    takes 1 where all ghosts are up and all hides used, in proportion less for fewer; of a spot or a
-    plane its area, as a share of the largest.  An action beyond the budget takes everything down.
+    takes 1 where all ghosts are up and all hides used, in proportion less for fewer; of a spot, a
+    plane or a poster its area, as a share of the largest.  An action beyond the budget takes
+    everything down.
 
     ## Episode end
     As the drive: terminated at the goal, at a collision and off the road; truncated when the time
@@ -109,24 +113,27 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     ## Info
     What `avsec/ClosedLoop-v0` reports of the drive; `is_success` (the attack counts),
     `unattacked_safe` (the drive is safe without it), `frames` and `energy` (spent), `alarm` (of the
-    last frame), `alarms` (frames with one); and of ``ghost`` `ghosts` and `hidden` (up now), of
-    ``facula`` `camera` (-1: off) and `radius` (pixels), of ``spoofed_scan`` `width` and `height`
-    (metres).
+    last frame), `alarms` (frames with one; where sensors are read, a planner has only those frames
+    perceived that it plans on); and of ``ghost`` `ghosts` and `hidden` (up now), of ``facula``
+    `camera` (-1: off) and `radius` (pixels), of ``spoofed_scan`` `width` and `height` (metres), of
+    ``patch`` `diameter` (metres) and `carried` (1: by a vehicle).
 
     ## Arguments
     * `kind="ghost"`: what the attacker can do.  Also `{"name": "ghost", "ghosts": 2, "hides": 0,
       "ahead": [5, 45], "left": [-8, 8]}`; `"facula"` (a laser on a real object, which tracks the
-      car's camera) and `"spoofed_scan"` (bogus LiDAR points at a place), which need
-      `perception="sensors"` and `scenarios="drives"`; or a live
+      car's camera), `"spoofed_scan"` (bogus LiDAR points at a place) and `"patch"` (a poster on a
+      vehicle or at the roadside), which need `perception="sensors"` and scenes with sensors, such
+      as `"drives"`; or a live
       `avsec_gym.closed_loop.attack.drive_attack.DriveAttack`.
-    * `driver="planner"`: or `{"name": "planner", "replanning": 0.2}` (seconds), or a live agent of
-      `avsec/ClosedLoop-v0` that has `predict(observation, deterministic=True)`.
+    * `driver="planner"`: or `{"name": "planner", "replanning": 0.2}` (seconds); or `"idm"`,
+      highway-env's own; or a live agent of `avsec/ClosedLoop-v0` that has
+      `predict(observation, deterministic=True)`.
     * `frames=20`: budget of frames under attack, a tenth of a second each; `energy=15`: budget of
       energy; `price=0.1`: of the whole energy, from 0 to 1.
     * `contested=False`: with `True`, only drives that the car would make unsafely by its own fault
       if it believed in no object: where nothing is in the way, hiding changes nothing.
     * `perception="truth"`, `traffic="recorded"`, `duration=8.0`, `config=None`, and the car's parts
-      (`scenarios="layouts"`, `motion="truth"`, `planner="astar"`, `detector="dsgn"`,
+      (`scenarios="drives"`, `motion="truth"`, `planner="astar"`, `detector="dsgn"`,
       `classifier=None`, `selector=None`, `validator=None`, `response="stop"`,
       `score_threshold=0.3`): as of `avsec/ClosedLoop-v0`.  With `response=None` a car drives on at
       an alarm, and an attack counts only without one.
@@ -148,7 +155,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         kind: Any = "ghost",
         driver: Any = "planner",
         perception: Any = "truth",
-        traffic: str = RECORDED,
+        traffic: Any = RECORDED,
         duration: float = DURATION,
         frames: int = 20,
         energy: float = 15.0,
@@ -238,7 +245,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         if self._driven_on is None:
             raise gym.error.ResetNeeded("call reset before step")
         self._action = checked_action(action, self.attack.action_size)
-        effort = self.attack.act(self._action, self._seen.around)
+        effort = self.attack.act(self._action, self._around)
         if not self._spent.allows(effort, self.budget):
             self.attack.begin()
             effort = 0.0
@@ -246,7 +253,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         # The driver acts on what it believed before; then the car perceives the attacked frame.
         driving, _ = self.driver.predict(self._driven_on, deterministic=True)
         self._driven_on, _, terminated, truncated, info = self.drive.step(driving)
-        self._alarms += self._seen.alarm
+        self._alarms += self._seen.alarm and self._is_perceived
         reward = float(self._succeeds()) - self.budget.price * effort / self.budget.energy
         return self._observe(), reward, terminated, truncated, self._info(info)
 
@@ -278,6 +285,16 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             "so there is nothing to attack: name other scenes, or another perception or driver"
         )
 
+    @property
+    def _is_perceived(self) -> bool:
+        """Whether the car has perceived the present frame."""
+        return self._seen.around.time == self.drive.elapsed
+
+    @property
+    def _around(self) -> Surroundings:
+        """The truth around the car at the present instant."""
+        return self._seen.around if self._is_perceived else self.drive.surroundings()
+
     def _succeeds(self) -> bool:
         """Whether a safe drive became unsafe by the car's own fault, in spite of the validator."""
         record = self.drive.record
@@ -286,7 +303,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         return is_to_blame(record) and not (self.drives_on_at_alarms and self._alarms)
 
     def _observe(self) -> NDArray[np.float32]:
-        drive, around = self.drive, self._seen.around
+        drive, around = self.drive, self._around
         truth = belief_of(TruthPerception().perceive(around), around, Motion.TRUTH)
         acceleration, steering = drive.controls
         happened = [

@@ -8,7 +8,7 @@ from typing import Any
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.light.beliefs import light_perception
 from avsec_gym.closed_loop.perception import DrivePerception
-from avsec_gym.closed_loop.traffic import RECORDED
+from avsec_gym.closed_loop.reacting import RECORDED
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop_attack import REFUSED, ClosedLoopAttackEnv
 from avsec_gym.envs.closed_loop_parts import light_perceptions, perception_of
@@ -58,7 +58,7 @@ class LightClosedLoopAttackEnv(ClosedLoopAttackEnv):
         return super().blind if self._judge is None else self._judge.blind
 
 
-@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.ATTACK, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopAttackVectorEnv(ManyDrives[LightClosedLoopAttackEnv]):
     """`ClosedLoopAttackEnv` many times over; see there for the arguments.
 
@@ -78,7 +78,7 @@ class ClosedLoopAttackVectorEnv(ManyDrives[LightClosedLoopAttackEnv]):
         kind: Any = "ghost",
         driver: Any = "planner",
         perception: Any = "truth",
-        traffic: str = RECORDED,
+        traffic: Any = RECORDED,
         duration: float = DURATION,
         frames: int = 20,
         energy: float = 15.0,

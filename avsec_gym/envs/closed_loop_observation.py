@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,13 @@ from highway_env.road.road import Road
 from highway_env.vehicle.kinematics import Vehicle
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import whole_number
+from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.relative_poses import seen_from
 from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.envs.observations import FEATURES, THUMBNAIL, resized
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
@@ -24,6 +28,8 @@ OWN, EACH = 13, 9
 """Numbers about the car, and about each object."""
 RANGE = 50.0
 """Metres of the plane that an observation's x reaches; its y reaches 20 m."""
+MOST_PIXELS = 10_000
+"""Of an observed image's side."""
 
 
 class DriverObservation(ObservationType):  # type: ignore[misc]
@@ -54,6 +60,39 @@ class DriverObservation(ObservationType):  # type: ignore[misc]
             ]
         )
         return np.clip(vector, -1.0, 1.0).astype(np.float32)
+
+
+class FrameObservation(ObservationType):  # type: ignore[misc]
+    """What the car's sensors delivered last, and the vector of `DriverObservation`.
+
+    Args:
+        env: The environment, whose car reads images.
+        size: Height and width that images are resized to, pixels.
+        objects: The number of nearest believed objects that are shown.
+    """
+
+    def __init__(self, env: Any, size: Sequence[int] = THUMBNAIL, objects: int = 16, **_: Any):
+        super().__init__(env)
+        self._features = DriverObservation(env, objects)
+        height, width = (
+            whole_number("a side of frame_size", each, 1, MOST_PIXELS) for each in size
+        )
+        self.size = height, width
+
+    def space(self) -> spaces.Dict:
+        """`Dict`: `left` and `right`, (H, W, 3) uint8, and `features`."""
+        image = spaces.Box(0, 255, (*self.size, 3), np.uint8)
+        return spaces.Dict({"left": image, "right": image, FEATURES: self._features.space()})
+
+    def observe(self) -> dict[str, Any]:
+        """The last frame, and the present belief."""
+        seen = {
+            side: np.zeros((*self.size, 3), np.uint8)
+            if self.env.road is None
+            else resized(self.env.perception.frame.image(camera), self.size)
+            for side, camera in (("left", LEFT), ("right", RIGHT))
+        }
+        return {**seen, FEATURES: self._features.observe()}
 
 
 def about_the_car(
@@ -125,21 +164,25 @@ class BelievedRoad:
         if env.road is None:
             return None
         believed = Road(network=env.road.network, np_random=env.road.np_random)
-        believed.vehicles = [
-            env.vehicle,
-            *(_believed(believed, *each) for each in _rows(env.belief)),
-        ]
+        believed.vehicles = [env.vehicle, *believed_vehicles(believed, env.belief)]
         return believed
 
 
-def _rows(belief: Belief) -> Any:
-    return zip(
-        belief.poses.tolist(),
-        belief.speeds.tolist(),
-        belief.lengths.tolist(),
-        belief.widths.tolist(),
-        strict=True,
-    )
+def believed_vehicles(
+    road: Road, belief: Belief, chosen: NDArray[np.bool_] | slice = slice(None)
+) -> list[Vehicle]:
+    """Believed objects as vehicles of highway-env.
+
+    Args:
+        road: The road that they are on.
+        belief: N believed objects.
+        chosen: Which of them, shape (N,).
+    """
+    columns = (belief.poses, belief.speeds, belief.lengths, belief.widths)
+    return [
+        _believed(road, *row)
+        for row in zip(*(each[chosen].tolist() for each in columns), strict=True)
+    ]
 
 
 def _believed(road: Road, pose: list[float], speed: float, length: float, width: float) -> Vehicle:
@@ -153,8 +196,11 @@ def observation_of(env: Any, config: dict[str, Any]) -> ObservationType:
 
     Args:
         env: The environment.
-        config: ``{"type": "Driver"}``, or one of highway-env's, which shows believed objects.
+        config: ``{"type": "Driver"}``; ``{"type": "Frame"}``; or one of highway-env's, which shows
+            believed objects.
     """
     if config["type"] == "Driver":
         return DriverObservation(env, **config)
+    if config["type"] == "Frame":
+        return FrameObservation(env, **config)
     return observation_factory(BelievedRoad(env), config)

@@ -75,7 +75,7 @@ def checked_scenarios(what: Any) -> Any:
             raise ConfigurationError(f"people is true or false, got {people!r}")
         what = {name: value for name, value in what.items() if name != "people"}
     arguments = scene_arguments(what, loop_scenes)
-    source = str(arguments.get("source", LAYOUTS))
+    source = str(arguments.get("source", DRIVES))
     if source not in NAMED and not is_folder(Path(source)) and "kitti" not in arguments:
         raise unknown_source(
             source,
@@ -179,7 +179,7 @@ def check_sensing(perception: Any, parts: Parts, attacked: frozenset[Sensor] = f
     scenes = parts.scenarios
     if isinstance(scenes, LoopScenes):  # Their sensors are known when they are driven in.
         return
-    source = scenes.get("source", LAYOUTS) if isinstance(scenes, Mapping) else scenes
+    source = scenes.get("source", DRIVES) if isinstance(scenes, Mapping) else scenes
     if source != DRIVES:
         raise ConfigurationError(
             f'perception="{level}" reads sensor data, which these scenes do not have: give'
@@ -188,6 +188,20 @@ def check_sensing(perception: Any, parts: Parts, attacked: frozenset[Sensor] = f
     read, where = _needs(level, parts).sensors, f'drives with perception="{level}"'
     check_attacked(parts.attack, read, where)
     check_there("the agent's attack", attacked, read, where)
+
+
+def sensors_read(perception: Any, parts: Parts) -> frozenset[Sensor]:
+    """The sensors whose data a perception reads; none where it needs no frame.
+
+    Args:
+        perception: A level, or a live `DrivePerception`.
+        parts: The parts of the car, as `perception_of` accepts them.
+    """
+    if isinstance(perception, SensorPerception):
+        return perception.needs.sensors
+    level = perception.get("name") if isinstance(perception, Mapping) else perception
+    reads = isinstance(level, str) and level in SENSING
+    return _needs(str(level), parts).sensors if reads else frozenset()
 
 
 def _refuse_unasked(parts: Parts, perception: str) -> None:

@@ -6,12 +6,13 @@ from typing import Any
 
 from avsec_gym.argument_checks import number, one_of
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
-from avsec_gym.closed_loop.traffic import REACTING, RECORDED
+from avsec_gym.closed_loop.reacting import RECORDED, reacting_of
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop import REFUSED
 from avsec_gym.envs.closed_loop_parts import checked_scenarios, light_perceptions, perception_of
 from avsec_gym.envs.light_closed_loop import LightClosedLoopEnv, SharedScenes
 from avsec_gym.envs.many_drives import ALONE, ManyDrives, checked_count
+from avsec_gym.envs.observations import FEATURES, FRAME
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.registry import Kind
@@ -21,7 +22,7 @@ PLACES = 512
 """Scenes that stay laid out."""
 
 
-@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="layouts", motion="truth")
+@takes_parts(Kind.PLANNER, refused=REFUSED, scenarios="drives", motion="truth")
 class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
     """`ClosedLoopEnv` many times over; see there for the arguments.
 
@@ -39,7 +40,8 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         self,
         num_envs: int = 1,
         perception: Any = "truth",
-        traffic: str = RECORDED,
+        traffic: Any = RECORDED,
+        observation: str = FEATURES,
         duration: float = DURATION,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
@@ -47,6 +49,8 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
     ) -> None:
         taken = parts_of(self, parts)
         check_is_light(traffic, config, render_mode)
+        if one_of("observation", observation, (FEATURES, FRAME)) != FEATURES:
+            raise ConfigurationError(f"many drives at once have no frames to observe: {ALONE}")
         count = checked_count(num_envs)
         made, self.planner = perception_of(perception, taken)
         perceptions = light_perceptions(made, Motion.named(taken.motion), count)
@@ -60,13 +64,13 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         return self.alone[0].scenes
 
 
-def check_is_light(traffic: str, config: dict[str, Any] | None, render_mode: str | None) -> None:
+def check_is_light(traffic: Any, config: dict[str, Any] | None, render_mode: str | None) -> None:
     """Refuse what only drives on highway-env have.
 
     Raises:
         ConfigurationError: Something is given that they alone have.
     """
-    if one_of("traffic", traffic, (RECORDED, REACTING)) != RECORDED:
+    if not reacting_of(traffic).is_recorded:
         raise ConfigurationError(f"many drives at once have recorded traffic: {ALONE}")
     if config is not None:
         raise ConfigurationError(f"many drives at once have no config: {ALONE}")

@@ -21,7 +21,6 @@ from avsec_gym.closed_loop.light.beliefs import LightPerception, light_perceptio
 from avsec_gym.closed_loop.light.light_drive import LightDrive, Place
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
 from avsec_gym.closed_loop.surroundings import Surroundings
-from avsec_gym.closed_loop.traffic import RECORDED
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.envs.closed_loop import ClosedLoopEnv
 from avsec_gym.envs.closed_loop_actions import checked_driving
@@ -86,6 +85,8 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (OWN + EACH * _OBJECTS,), np.float32)
         self.shared, self.perception, self.planner = shared, perception, planner
         self.duration = shared.duration
+        self.unread_until = 0.0
+        """Not used: every frame is perceived, which costs little here."""
         self.drive: LightDrive | None = None
         """The present drive; each reset begins another one."""
         self.controls = (0.0, 0.0)
@@ -212,7 +213,7 @@ def light_form(environment: ClosedLoopEnv) -> LightClosedLoopEnv | None:
     Args:
         environment: The environment; its perception is the light one's now.
     """
-    recorded = environment.traffic_behaviour == RECORDED
+    recorded = environment.reacting.is_recorded
     is_drawn = environment.render_mode is not None
     if environment.has_sensors or is_drawn or not (recorded and environment.has_usual_config):
         return None

@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.planner_policy import REPLANNING, PlannerPolicy
 from avsec_gym.envs.closed_loop_vector import ClosedLoopVectorEnv
+from avsec_gym.envs.driving_actions import driving_action
 from avsec_gym.errors import ConfigurationError
 
 
 class PlannerDriver:
     """A planner that drives `avsec/ClosedLoop-v0`: it replans, and follows its plan in between.
 
-    It plans on what the car believes, from the state that the car has really reached.
+    It plans on what the car believes, from the state that the car has really reached.  Between two
+    plans it reads no belief: a car that perceives frame by frame, by its sensors, leaves the frames
+    in between out, and keeps its last belief where it was in the world.  An alarm of a validator
+    then comes at the next replanning.
 
     Args:
         environment: The environment that is driven, with continuous actions.
@@ -68,10 +72,9 @@ class PlannerDriver:
         if self._drive is not played.drive:
             self._drive = played.drive
             self.policy.begin(played.scene, played.intention)
-        acceleration, steering = self.policy.drive(played.state, played.belief)
-        # highway-env steers to the right.
-        wanted = zip((acceleration, -steering), played.action_ranges, strict=True)
-        action = np.array([_scaled(value, *span) for value, span in wanted], np.float32)
+        wanted = self.policy.drive(played.state, played.belief, played.elapsed)
+        played.unread_until = self.policy.next_plan
+        action = driving_action(wanted, played.action_ranges)
         return action.reshape(*np.shape(observation)[:-1], 2), state
 
 
@@ -130,8 +133,3 @@ class PlannerDrivers:
         for i in np.flatnonzero(~played.ended).tolist():
             actions[i], _ = self.drivers[i].predict(observation[i])
         return actions, state
-
-
-def _scaled(value: float, low: float, high: float) -> float:
-    """From [low, high] to [-1, 1], cut."""
-    return min(max(2.0 * (value - low) / (high - low) - 1.0, -1.0), 1.0)

@@ -2,18 +2,26 @@
 
     python -m studies.driving_safety.closed_loop --runs runs/closed_loop --json closed_loop.json
 
-reads what `avsec drive` left in ``labels``, ``drives`` and ``tracking`` below that folder, of these
-those that are there, such as by
+reads what `avsec drive` left in ``labels``, ``drives``, ``tracking`` and ``rendered`` below that
+folder, of these those that are there, such as by
 
     avsec drive --scenarios LABELS --limit 100 --out runs/closed_loop/labels
     avsec drive --scenarios drives --limit 100 --intention all --out runs/closed_loop/drives
     avsec drive --scenarios '{"source": "kitti_tracking", "root": "TRACKING"}' ...
 
-with ``--settings truth blind error-model --error-model stereo_rcnn dsgn ...``; `closed_loop_page`
+with ``--settings truth blind error-model --error-model stereo_rcnn dsgn ...``, and, since an error
+model has nothing to validate, 50 scenes on rendered sensors by
+
+    avsec drive --scenarios drives --limit 50 --out runs/closed_loop/rendered
+        --settings truth blind lidar stereo detector attacked defended --detector stereo_rcnn
+        --attack '{"name": "facula", "camera": 2}'
+        --validator '{"name": "thresholds", "thresholds": "FITS"}'
+
+where FITS is ``avsec_gym/validation/fits/kitti_lidar_3_2.thresholds.json``.  `closed_loop_page`
 shows the result.
 Settings that are added, such as an error model of a detector under an attack, come into the table
-by themselves.  Every collision at fault under truth is listed, with its certificate if no car could
-have avoided it.
+by themselves.  Every collision at fault under truth is listed, with its certificates: whether no
+car could have avoided it, and from when on no plan did.
 """
 
 from __future__ import annotations
@@ -26,9 +34,11 @@ from pathlib import Path
 
 import numpy as np
 
+from avsec_gym.closed_loop.drive_film import read_film
 from avsec_gym.closed_loop.loop_scenes import loop_scenes
+from avsec_gym.closed_loop.no_way_out import no_way_out
 from avsec_gym.closed_loop.unavoidable import unavoidable
-from avsec_gym.drives.drive_folder import RECORD, ROWS
+from avsec_gym.drives.drive_folder import RECORD, ROWS, film_file
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.summary import Cluster, SettingSummary, by_recording, by_scene, summaries
 from avsec_gym.experiments.json_rows import FLAT, OPTIONAL, row_json
@@ -37,7 +47,12 @@ from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import read_text, write_text
 
-SETS = {"labels": by_scene, "drives": by_scene, "tracking": by_recording}
+SETS = {
+    "labels": by_scene,
+    "drives": by_scene,
+    "tracking": by_recording,
+    "rendered": by_scene,
+}
 """Folders, and which of their drives are one cluster."""
 TRUTH, BLIND = "truth", "blind"
 _RESAMPLES = 2000
@@ -78,13 +93,17 @@ class CollisionAtFault:
     Args:
         scenario: Id of the scene.
         intention: The driving intention.
-        unavoidable_after: Time after which no plan without a collision existed, s; None: there is
-            no certificate.
+        unavoidable_after: Time by which any car, whatever it does from the start on, has touched
+            something, s; None: there is no such certificate.
+        no_plan_since: The replanning from which on a complete search of the driver's primitives
+            found no plan without a collision, s after the start; None: from the last replanning
+            before the collision there was one, or the search met its limit.
     """
 
     scenario: str
     intention: str
     unavoidable_after: float | None
+    no_plan_since: float | None
 
 
 @dataclass(frozen=True)
@@ -111,6 +130,7 @@ class LoopTables:
     labels: LoopTable | None = field(default=None, metadata=OPTIONAL)
     drives: LoopTable | None = field(default=None, metadata=OPTIONAL)
     tracking: LoopTable | None = field(default=None, metadata=OPTIONAL)
+    rendered: LoopTable | None = field(default=None, metadata=OPTIONAL)
 
 
 def table(folder: Path) -> LoopTable:
@@ -177,9 +197,17 @@ def _explained(folder: Path, rows: Sequence[DriveRow]) -> list[CollisionAtFault]
     scenes = loop_scenes(**record["scenarios"])
     found = []
     for row in blamed:
-        proof = unavoidable(scenes.scene(row["scenario"]))
-        after = None if proof is None else proof.time
-        found.append(CollisionAtFault(row["scenario"], row["intention"], after))
+        scene, film = scenes.scene(row["scenario"]), read_film(film_file(folder, row["id"]))
+        proof = unavoidable(scene)
+        searched = no_way_out(scene, film.replannings(), float(film.times[-1]))
+        found.append(
+            CollisionAtFault(
+                row["scenario"],
+                row["intention"],
+                unavoidable_after=None if proof is None else proof.time,
+                no_plan_since=None if searched is None else searched.since,
+            )
+        )
     return found
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from avsec_gym.drives.summary import Mean
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
-from studies.driving_safety.closed_loop import LoopTable, LoopTables, Ranking
+from studies.driving_safety.closed_loop import CollisionAtFault, LoopTable, LoopTables, Ranking
 from studies.page_of_result import page_of_result
 
 _COMMAND = "Make it with `python -m studies.driving_safety.closed_loop --json FILE`."
@@ -19,6 +19,7 @@ _SETS = {
     "labels": "The first scenarios of the labelled ones, straight on",
     "drives": "Procedural drives, every intention that a scene has a lane for",
     "tracking": "KITTI tracking, straight on; ego motion estimated from standing objects",
+    "rendered": "Procedural drives on rendered sensors, straight on: clean, attacked, defended",
 }
 _RATES = {
     "collision": "collision",
@@ -39,12 +40,13 @@ def closed_loop_page(result: LoopTables) -> str:
         "",
         "The planner drives for up to 8 s, replanning every 0.5 s from the state that was really"
         " reached (`avsec drive`). A setting is what the car believes: everything (`truth`),"
-        " nothing (`blind`), or the truth with the errors of a detector, left alone or under an"
-        " attack (its [error model](error_models.md)). All settings drive the same scenes with the"
-        " same seeds. In brackets: 95 % intervals, of clusters: drives of one scene, windows of one"
-        " recording. First plan safe: the single query's answer, the first plan alone held against"
-        " what is there (at constant velocity). Score: NAVSIM's, and its paired difference from"
-        " truth.",
+        " nothing (`blind`), the truth with the errors of a detector, left alone or under an"
+        " attack (its [error model](error_models.md)), or what a detector finds in rendered sensor"
+        " data, which a validator may judge (`defended`). All settings drive the same scenes with"
+        " the same seeds. In brackets: 95 % intervals, of clusters: drives of one scene, windows of"
+        " one recording. First plan safe: the single query's answer, the first plan alone held"
+        " against what is there (at constant velocity). Score: NAVSIM's, and its paired difference"
+        " from truth.",
         "",
     ]
     for name, title in _SETS.items():
@@ -81,14 +83,20 @@ def _at_fault(table: LoopTable) -> list[str]:
     if not table.truth_at_fault:
         return ["The car that knows the truth collides nowhere by its own fault."]
     return [
-        f"- `{each.scenario}` ({each.intention}), under truth: "
-        + (
-            "no certificate that it could not be avoided."
-            if each.unavoidable_after is None
-            else f"no plan without a collision existed after {each.unavoidable_after:g} s."
-        )
+        f"- `{each.scenario}` ({each.intention}), under truth: {_certificates(each)}"
         for each in table.truth_at_fault
     ]
+
+
+def _certificates(each: CollisionAtFault) -> str:
+    found = []
+    if each.unavoidable_after is not None:
+        found.append(f"no car could have avoided it beyond {each.unavoidable_after:g} s")
+    if each.no_plan_since is not None:
+        found.append(f"from {each.no_plan_since:g} s on a complete search finds no plan without it")
+    if not found:
+        return "no certificate that it could not be avoided."
+    return f"{'; '.join(found)}."
 
 
 def _ranking(ranking: Ranking) -> str:

@@ -9,7 +9,9 @@ from avsec_gym.agents.agent_folder import load_agent, shipped_agents
 from avsec_gym.agents.arena import Arena, Played
 from avsec_gym.agents.comparison import AgentComparison, ComparedAgent, compare, held_out_result
 from avsec_gym.agents.learner import has_batches, single
+from avsec_gym.agents.rules import NUMBER, rules_of
 from avsec_gym.agents.search import SearchBudget, best_constant, evolved, random_actions
+from avsec_gym.envs.drivers import driver_of
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.metrics.interquartile_mean import interquartile_mean
 from avsec_gym.metrics.intervals import wilson_interval
@@ -138,6 +140,28 @@ def test_a_comparison_can_be_made_again() -> None:
 def test_names_of_agents_are_suggested() -> None:
     with pytest.raises(DataError, match='Did you mean "ghost_place"'):
         load_agent("ghost_places")
+
+
+def test_the_drivers_that_are_rules_drive_many_as_they_drive_one() -> None:
+    """What each earns in a batch is what `driver_of` drives in a single environment."""
+    id, drives = "avsec/ClosedLoop-v0", {"scenarios": {"source": "layouts", "count": 6}}
+    arena = Arena(id, drives)
+    assert has_batches(id, drives)
+    rules = list(rules_of(id, arena, arena, 0))
+    assert len(rules) == NUMBER[id] == 2
+    for (_, act, steps), name in zip(rules, ("planner", "idm"), strict=True):
+        assert steps == 0
+        played = arena.play(act, range(4))
+        env = single(id, drives)
+        driver = driver_of(name, env)
+        for seed in range(4):
+            seen, _ = env.reset(seed=seed)
+            total, ended = 0.0, False
+            while not ended:
+                action, _ = driver.predict(seen, deterministic=True)
+                seen, reward, terminated, truncated, _ = env.step(action)
+                total, ended = total + float(reward), terminated or truncated
+            assert played.reward[seed] == pytest.approx(total, abs=1e-5)
 
 
 @pytest.mark.parametrize("id", ["avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"])

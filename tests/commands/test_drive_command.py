@@ -24,8 +24,8 @@ TIMES = "seconds.jsonl"
 
 
 def drive(out: Path, *more: str, code: int = 0, scenes: int = SCENES) -> None:
-    words = ["drive", "--out", str(out), "--limit", str(scenes), "--duration", "3", *more]
-    assert run(words) == code
+    words = ["drive", "--out", str(out), "--limit", str(scenes), "--duration", "3"]
+    assert run([*words, "--scenarios", "layouts", *more]) == code
 
 
 def content(out: Path) -> dict[str, bytes]:
@@ -145,9 +145,34 @@ def test_an_error_model_and_own_settings(
     assert "error_model" in capsys.readouterr().err
 
 
+def test_a_setting_may_have_a_driver_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Rows of highway-env's own driver have no first plan; the record states who drove."""
+    own = '{"name": "follower", "perception": "truth", "driver": "idm"}'
+    words = ["--pictures", "1", "--json", "--traffic", '{"name": "reacting", "share": 0.5}']
+    drive(tmp_path / "one", *words, "--settings", "truth", own, scenes=2)
+    drive(tmp_path / "all", *words, "--settings", "truth", "--driver", "idm", scenes=2)
+    capsys.readouterr()
+    one, both = (
+        [json.loads(line) for line in (tmp_path / name / "drives.jsonl").read_text().splitlines()]
+        for name in ("one", "all")
+    )
+    follower = [row for row in one if row["setting"] == "follower"]
+    assert [row["first_plan"] for row in follower] == ["unplanned"] * 2
+    for row, other in zip(follower, both, strict=True):
+        assert {**row, "id": "", "setting": ""} == {**other, "id": "", "setting": ""}
+    settings = json.loads((tmp_path / "one" / "drives.json").read_text())["settings"]
+    assert "driver" not in settings["truth"]
+    assert settings["follower"]["driver"] == "idm"
+    assert settings["follower"]["traffic"] == {"name": "reacting", "share": 0.5}
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
+        ("--driver idn", 2, 'Did you mean "idm"'),
+        ("--traffic reactng", 2, 'Did you mean "reacting"'),
         ("--scenarios layuots", 2, 'Did you mean "layouts"?'),
         ("--settings truht", 2, 'Did you mean "truth"?'),
         ("--settings truth truth", 2, "two settings are called truth"),

@@ -14,6 +14,7 @@ from avsec_gym.drives.one_drive import DriveTask, drive
 from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.envs.closed_loop import ClosedLoopEnv
 from avsec_gym.envs.light_closed_loop import LightClosedLoopEnv
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import procedural_scenes
@@ -90,10 +91,35 @@ def test_a_drive_without_highway_env_is_the_drive_on_it(
     assert count < 12 or len(outcomes) > 1
 
 
+@pytest.mark.parametrize(("source", "count"), [("layouts", 8), ("drives", 2)])
+def test_who_makes_no_plans_has_a_row_and_a_film_without_any(source: str, count: int) -> None:
+    """highway-env's driver, the same drive with highway-env and without; the file is a film."""
+    scenarios = {"source": source, "count": count}
+    setting = DriveSetting("follower", {"perception": "truth"}, "idm")
+    light = setting.environment(scenarios)
+    on_highway_env = gym.make("avsec/ClosedLoop-v0", scenarios=scenarios, disable_env_checker=True)
+    for number, id in enumerate(light.unwrapped.scenes.ids):  # type: ignore[attr-defined]
+        task = DriveTask("follower", id, "straight", number)
+        made, known = (drive(each, task, setting.driver) for each in (light, on_highway_env))
+        assert made.row == known.row
+        assert made.film.content() == known.film.content()
+        assert (made.row["first_plan"], made.row["emergency_stops"]) == ("unplanned", 0)
+        assert (made.film.planned == -1).all()
+        assert not made.film.stops.any()
+        assert not len(made.film.plans)
+
+
+def test_a_driver_that_is_unknown_is_refused_with_its_setting() -> None:
+    for driver, message in (("idn", 'setting far.*mean "idm"'), ({"name": "idm", "x": 1}, "'x'")):
+        with pytest.raises(ConfigurationError, match=message):
+            DriveSetting("far", {"perception": "blind"}, driver).environment("layouts")
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
         {"traffic": "reacting"},
+        {"traffic": {"name": "reacting", "ids": [0]}},
         {"config": {"simulation_frequency": 40}},
         {"perception": "sensors"},
     ],

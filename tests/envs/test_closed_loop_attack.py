@@ -10,18 +10,25 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 
 import avsec_gym  # noqa: F401 - registers the environments
 from avsec_gym import registry
+from avsec_gym.attacks.patch_files import Patch
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
+from avsec_gym.closed_loop.perception import SensorPerception
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.tracks import Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene, thesis_road
+from avsec_gym.envs.idm_driver import IdmDriver
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.pipeline import Perception
+from avsec_gym.frame import SensorFrame
+from avsec_gym.pipeline import Perception, Pipeline
+from avsec_gym.rig import kitti_rig, resized_rig
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
@@ -208,6 +215,78 @@ def test_an_alarm_takes_the_success_of_a_car_that_drives_on(response: str | None
     assert info["is_success"] == (response is not None)
 
 
+class LightMeter:
+    """A detector that finds nothing, and notes how many pixels of the left image are bright."""
+
+    def __init__(self) -> None:
+        self.bright: list[int] = []
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        self.bright.append(int((frame.image(2)[..., 0] > 200).sum()))
+        return Boxes3D.empty()
+
+
+def test_a_poster_on_the_vehicle_ahead_grows_in_what_the_car_sees() -> None:
+    """The car, which sees nothing, closes in on it until it crashes."""
+    rig = resized_rig(kitti_rig(), 310)
+    black = np.zeros((94, 310, 3), np.uint8)
+    frame = SensorFrame("000000", rig.calibration, {2: black, 3: black})
+    scene = replace(LEAD.scene("lead"), sensors=lambda *_: frame)
+    meter: Any = LightMeter()
+    white = Patch(torch.full((3, 8, 8), 255.0))
+    env = made(
+        kind={"name": "patch", "patch": white},
+        scenarios=LoopScenes(("lead",), lambda id: scene),
+        perception=SensorPerception(Pipeline(meter)),
+        motion="static",
+        **WHOLE_TIME,
+    )
+    on = np.array([1.0, 1.0, -0.375, 0.0, 1.0])
+    _, info = play(env, on, intention="straight", scenario="lead")
+    assert (info["outcome"], info["carried"], info["diameter"]) == ("collision", 1.0, 2.0)
+    # That drive comes after the one without the attack, whose frames are black.
+    lit = [count for count in meter.bright if count]
+    assert len(lit) > 3
+    assert lit == sorted(lit)
+    assert lit[-1] > 4 * lit[0]
+
+
+class Clock(DriveAttack):
+    """Does nothing, and notes the truth's time at every action."""
+
+    action_size, state_size, facts = 1, 1, {}
+
+    def __init__(self) -> None:
+        self.times: list[float] = []
+
+    def begin(self) -> None:
+        """Nothing is up."""
+
+    def act(self, action: np.ndarray, around: Surroundings) -> float:
+        self.times.append(around.time)
+        return 0.0
+
+    def state(self, around: Surroundings) -> np.ndarray:
+        return np.zeros(1)
+
+
+class WatchedFrames(Watched):
+    """One of sensors: frames that are not read may be left out."""
+
+    frame_by_frame = True
+
+
+def test_alarms_come_with_the_frames_that_are_perceived_and_attacks_see_every_instant() -> None:
+    """The planner reads a frame in five: 17 of 81, the start's among them."""
+    for watched, alarms in ((Watched(), 81), (WatchedFrames(), 17)):
+        clock: Any = Clock()
+        env = made(scenarios=LEAD, perception=watched, kind=clock, **WHOLE_TIME)
+        _, info = play(env, np.ones(1), intention="straight")
+        steps = len(clock.times)
+        np.testing.assert_allclose(clock.times, 0.1 * np.arange(steps))
+        assert info["alarms"] == (steps + 1 if alarms == 81 else steps // 5 + 1)
+
+
 class Still:
     """An agent that holds the wheel straight and its speed."""
 
@@ -222,6 +301,12 @@ def test_another_driver_drives() -> None:
     clean, attacked = play(env, OFF, seed=1)[1], play(env, HIDE_AHEAD, seed=1)[1]
     assert clean["outcome"] == attacked["outcome"] == "goal"
     assert clean["path_length"] == attacked["path_length"]
+    brisk = scene_of("brisk", [(25.0, 0.0)], 6.0, 1.7)
+    follower = made(driver="idm", scenarios=brisk, **WHOLE_TIME)
+    assert isinstance(follower.unwrapped.driver, IdmDriver)
+    ways = [play(follower, action, intention="straight")[1] for action in (OFF, HIDE_AHEAD)]
+    assert [info["outcome"] for info in ways] == ["goal", "goal"]
+    assert ways[1]["cost"] < ways[0]["cost"] - 0.2, "with nothing ahead it drives faster"
     quick = made(driver={"name": "planner", "replanning": 0.2}).unwrapped.driver
     assert quick.policy.replanning == 0.2
 
@@ -238,7 +323,7 @@ def test_what_cannot_drive_is_refused() -> None:
 
 
 def test_an_attack_that_the_perception_does_not_read_is_refused() -> None:
-    for kind in ("facula", "spoofed_scan"):
+    for kind in ("facula", "spoofed_scan", "patch"):
         with pytest.raises(ConfigurationError, match='perception="sensors"'):
             made(kind=kind)
     with pytest.raises(ConfigurationError, match='perception="truth"'):

@@ -215,6 +215,8 @@ def test_a_scene_and_an_intention_can_be_picked() -> None:
     ("wrong", "message"),
     [
         ({"traffic": "reacting"}, "recorded traffic.*sync"),
+        ({"traffic": {"name": "reacting", "share": 0.5}}, "recorded traffic.*sync"),
+        ({"observation": "frame"}, "no frames.*sync"),
         ({"config": {"policy_frequency": 5}}, "config.*sync"),
         ({"render_mode": "rgb_array"}, "not rendered.*sync"),
         ({"perception": "sensors"}, "error model.*sync"),

@@ -177,10 +177,12 @@ def test_an_agent_that_attacks_what_a_level_does_not_read_is_refused(
 @pytest.mark.parametrize("level", ["sensors", "lidar", "stereo"])
 def test_sensors_are_read_only_where_scenes_have_some(level: str) -> None:
     with pytest.raises(ConfigurationError, match="sensor data, which these scenes do not have"):
-        gym.make("avsec/ClosedLoop-v0", perception=level)
+        gym.make("avsec/ClosedLoop-v0", scenarios="layouts", perception=level)
     if level == "sensors":
         with pytest.raises(ConfigurationError, match="sensor data, which these scenes do not have"):
-            gym.make("avsec/ClosedLoopAttack-v0", perception=level, kind="facula")
+            gym.make(
+                "avsec/ClosedLoopAttack-v0", scenarios="layouts", perception=level, kind="facula"
+            )
 
 
 MOTIONS = [point for point in ENTRY_POINTS if "motion" in parameters(point)]

@@ -23,9 +23,9 @@ class AttackedPerception:
         self._make, self._attack = make, attack
         self._perception: DrivePerception | None = None
         self.alarm = False
-        """Whether a validator raised an alarm about the last frame."""
+        """Whether a validator raised an alarm about the last frame that it judged."""
         self.around: Surroundings
-        """The truth around the car at the last frame."""
+        """The truth around the car at the last frame that it perceived."""
 
     @property
     def unattacked(self) -> DrivePerception:
@@ -33,6 +33,11 @@ class AttackedPerception:
         if self._perception is None:
             self._perception = self._make()
         return self._perception
+
+    @property
+    def frame_by_frame(self) -> bool:
+        """As of the perception without the attack: attacks learn of every frame by `act`."""
+        return bool(getattr(self.unattacked, "frame_by_frame", False))
 
     def begin(self, seed: int) -> None:
         """Forget the last drive, and the attack on it."""

@@ -31,7 +31,12 @@ def test_every_kind_keeps_its_sizes_and_its_keys(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "wrong"),
-    [("ghost", {"hides": 17}), ("facula", {"radii": [9, 3]}), ("spoofed_scan", {"widths": [0, 1]})],
+    [
+        ("ghost", {"hides": 17}),
+        ("facula", {"radii": [9, 3]}),
+        ("spoofed_scan", {"widths": [0, 1]}),
+        ("patch", {"diameters": [2, 1]}),
+    ],
 )
 def test_numbers_out_of_range_are_refused(name: str, wrong: dict[str, object]) -> None:
     with pytest.raises(ConfigurationError, match=next(iter(wrong))):

@@ -55,6 +55,23 @@ def test_what_is_the_same_for_all_ranks_nothing() -> None:
     assert ranking(rows(same, same), SETTINGS[:1], by_scene).interval is None
 
 
+def test_a_collision_at_fault_under_truth_has_its_certificates(tmp_path: Path) -> None:
+    """A pedestrian crosses at 7 m/s, a metre before the bumper: no car and no plan avoids that."""
+    out = tmp_path / "rendered"
+    scenes = '{"source": "layouts", "count": 100}'
+    words = ["--ids", "street-000024", "--scenarios", scenes, "--pictures", "0"]
+    assert run(["drive", "--settings", "truth", "--out", str(out), *words]) == 0
+    result = LoopTables(rendered=table(out))
+    assert result.rendered is not None
+    [found] = result.rendered.truth_at_fault
+    assert found.unavoidable_after is not None
+    assert found.no_plan_since == 0.0
+    text = closed_loop_page(row_of(LoopTables, json.loads(json.dumps(row_json(result)))))
+    assert "from 0 s on a complete search finds no plan without it" in text
+    assert "no car could have avoided it beyond" in text
+    assert "on rendered sensors" in text
+
+
 def test_from_drives_to_a_page(tmp_path: Path) -> None:
     out = tmp_path / "labels"
     words = ["--scenarios", "layouts", "--limit", "4", "--duration", "2", "--pictures", "0"]
