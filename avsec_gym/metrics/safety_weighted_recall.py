@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
 from avsec_gym.image_only import is_image_only
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 from avsec_gym.metrics.contact_recall import HORIZON, MARGIN, contact_weights
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.ghosts import meant

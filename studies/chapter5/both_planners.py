@@ -139,9 +139,7 @@ def both_planners(
 def _row(outcomes: Outcomes, condition: Condition, planner: Algorithm) -> PlannerUnderAttack:
     records = outcomes.records(condition)
     by_intention = {str(way): outcomes.rates(condition, way).safe_driving_rate for way in Intention}
-    return PlannerUnderAttack(
-        condition, str(planner), SafetyRates.of(records, clustered=True), by_intention
-    )
+    return PlannerUnderAttack(condition, str(planner), SafetyRates.of(records), by_intention)
 
 
 def _differences(

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from avsec_gym.experiments.chapter5.losses import TRUE_ATTACKS, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import FAMILIES
 from avsec_gym.experiments.json_rows import OPTIONAL
-from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
 from avsec_gym.metrics.cluster_bootstrap import (
     ClusterBootstrap,

@@ -8,7 +8,7 @@ import pytest
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.geometry import Floats, ego_to_camera
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 from avsec_gym.metrics.contact_recall import contact_weights
 from avsec_gym.metrics.safety_weighted_recall import safety_weighted_recall, time_to_contact
 from avsec_gym.road_type import RoadType

@@ -157,7 +157,7 @@ def contested_figures(
         ContestedRates(
             condition,
             within is found,
-            SafetyRates.of(within.records(condition), clustered=True),
+            SafetyRates.of(within.records(condition)),
         )
         for condition in found.conditions
         for within in (outcomes, found)

@@ -20,7 +20,7 @@ from itertools import combinations
 import numpy as np
 
 from avsec_gym.experiments.chapter5.decoupling import RankCorrelation, rank_correlation
-from avsec_gym.experiments.chapter5.losses import Losses, Sampled, losses
+from avsec_gym.experiments.chapter5.losses import Losses, losses
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.pairs_of_attacks import (
     ComparedPair,
@@ -30,6 +30,7 @@ from avsec_gym.experiments.chapter5.pairs_of_attacks import (
 )
 from avsec_gym.experiments.chapter5.settings import FAMILIES
 from avsec_gym.experiments.json_rows import FLAT
+from avsec_gym.metrics.cluster_bootstrap import Sampled
 from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.many_comparisons import holm_adjusted
 
