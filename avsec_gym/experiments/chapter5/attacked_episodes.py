@@ -23,6 +23,7 @@ from avsec_gym.attacks.texture import replace_texture
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter5.ghost_positions import iou_from_above
+from avsec_gym.experiments.chapter5.scene_draw import drawn_scenes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -36,6 +37,13 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
     setting,
     specific,
+)
+from avsec_gym.experiments.chapter5.stronger_attacks import (
+    STRONGER_NAMES,
+    STRONGER_OPTIONS,
+    chosen_attacks,
+    looked_at_steps,
+    stronger_iterates,
 )
 from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector, trained_inputs
 from avsec_gym.frame import SensorFrame
@@ -67,6 +75,26 @@ def attacked_cells(
         for scene in scenes_of(configuration).scenes.scenes
         for detector in detectors
         for attack in attacks
+    ]
+
+
+def stronger_cells(
+    configuration: Configuration, detectors: Sequence[str] = DETECTORS
+) -> list[Cell]:
+    """A cell for every drawn scene, detector and stronger attack that the options name.
+
+    Raises:
+        ConfigurationError: There is no such attack, or no such draw or number of steps.
+    """
+    options = {**STRONGER_OPTIONS, **configuration.options}
+    attacks = chosen_attacks(options)
+    looked_at_steps(options)  # A slip is reported before anything is done.
+    ids = [scene.id for scene in scenes_of(configuration).scenes.labelled]
+    drawn = set(drawn_scenes(ids, options["drawn_scenes"], configuration.seed))
+    return [
+        cell
+        for cell in attacked_cells(configuration, attacks, detectors)
+        if cell.arguments["scenario"] in drawn
     ]
 
 
@@ -126,7 +154,7 @@ class AttackedEpisodes:
     """
 
     def __init__(self, configuration: Configuration) -> None:
-        self._options = {**OPTIONS, **configuration.options}
+        self._options = {**OPTIONS, **STRONGER_OPTIONS, **configuration.options}
         self._seed = configuration.seed
         self._scenes = scenes_of(configuration)
         self._by_id = {scene.id: scene for scene in self._scenes.scenes.labelled}
@@ -158,7 +186,8 @@ class AttackedEpisodes:
             if look.whole_levels and not sheet:
                 continue
             believed = _take(result, look, scene, pipeline)
-            if not look.whole_levels and look.strength in (0, STEPS):
+            last = look.strength in (0, STEPS) or attack in STRONGER_NAMES
+            if last and not look.whole_levels:
                 with result.timed("measuring"):
                     _measure(result, look, scene, clean, victim, believed, losses=sheet)
 
@@ -216,6 +245,9 @@ class AttackedEpisodes:
         elif attack in PATCHES + JOINT_PATCHES + GREY_PATCHES:
             patch = PatchAttack(self._patch(kind, victim.detector.name), rest)  # type: ignore[arg-type]
             yield from _patched(attack, patch, clean, victim, seed)
+        elif attack in STRONGER_NAMES:
+            for n, frame in stronger_iterates(attack, clean, victim, self._options, seed):
+                yield _Look(frame, attack, n)
         else:
             raise ConfigurationError(f"chapter 5 has no attack {attack!r}")
 

@@ -21,6 +21,7 @@ from avsec_gym.experiments.chapter5.patch_effects import PatchEffectRow, patch_e
 from avsec_gym.experiments.chapter5.pyramid import PyramidRow, pyramid_rows
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.seen import SeenRow, seen_rows
+from avsec_gym.experiments.chapter5.stronger_rows import StrongerRows, stronger_rows
 from avsec_gym.experiments.chapter5.tables import (
     InputRow,
     PlacementRow,
@@ -33,7 +34,7 @@ from avsec_gym.experiments.chapter5.tables import (
     precision_rows,
     safety_rows,
 )
-from avsec_gym.experiments.json_rows import FLAT, keyed
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL, keyed
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import OnProgress
 
@@ -69,6 +70,7 @@ class AttackFigures:
         trends: Slopes over the steps of perturbations.
         rounding: Attacks in whole grey levels.
         flips: Episodes that became unsafe.
+        stronger: Perturbations stronger than the thesis'; None: the run has none.
     """
 
     decoupling: Decoupling
@@ -84,6 +86,7 @@ class AttackFigures:
     trends: Sequence[TrendRow]
     rounding: Sequence[RoundingRow]
     flips: Sequence[Flip]
+    stronger: StrongerRows | None = field(metadata=OPTIONAL, default=None)
 
 
 @dataclass(frozen=True)
@@ -147,5 +150,6 @@ def chapter_figures(
         trends=trend_rows(outcomes),
         rounding=rounding_rows(outcomes),
         flips=flips(outcomes),
+        stronger=stronger_rows(run, run.configuration, outcomes.labels),
     )
     return ChapterFigures(len(outcomes.scenarios), left_out, planners, of_attacks)

@@ -112,3 +112,18 @@ def test_without_the_sanity_sheet_there_are_neither_losses_nor_rounded_pixels(
 def test_unknown_attacks_are_refused(configuration: Configuration) -> None:
     with pytest.raises(ConfigurationError, match="no attack 'laser'"):
         AttackedEpisodes(configuration)("stereo_rcnn", "laser", ID)
+
+
+@pytest.mark.slow
+def test_a_stronger_attack_is_filed_by_its_steps(configuration: Configuration) -> None:
+    options = {**configuration.options, "steps": [1, 2], "eot_copies": 2}
+    work = AttackedEpisodes(replace(configuration, options=options))
+    result = work("stereo_rcnn", "eot_pgd-4", ID)
+    assert [(row.setting, row.strength) for row in result.detections] == [
+        ("stereo_rcnn eot_pgd-4", 1), ("stereo_rcnn eot_pgd-4", 2)
+    ]  # fmt: skip
+    assert len(result.episodes) == 2 * len(Intention)
+    changes = {row.strength: row.value for row in result.measurements if row.name == "change"}
+    assert changes == {1: pytest.approx(1.0, abs=1e-4), 2: pytest.approx(2.0, abs=1e-4)}
+    again = work.again("stereo_rcnn", "eot_pgd-4", ID, Intention.LEFT, 2)
+    assert again.episode.record == result.episodes[3].record
