@@ -125,6 +125,8 @@ class _Look:
     """Attack in the setting of detections, if it is not `attack`: a specific one has intentions."""
     place: PatchPlace | None = None
     """Place of a patch."""
+    ghost_width: float | None = None
+    """Width of the ghosts that the patch was trained towards, see `ghost_box`."""
     whole_levels: bool = False
     attacked: SensorFrame | None = None
     """The frame that the attack began with; None: the clean one."""
@@ -289,14 +291,21 @@ def _patched(
     """One look for all intentions, or for each its own; a printed patch has whole levels anyway."""
     if patch.placement == "random":
         place = patch.placed(clean, victim, seed)
-        yield _Look(quantised(patch.attack(clean, victim, seed)), attack, place=place)
+        frame = quantised(patch.attack(clean, victim, seed))
+        yield _Look(frame, attack, place=place, ghost_width=patch.ghost_width)
         return
     for number, intention in enumerate(Intention):
         aimed = replace(victim, intention=intention)
         place = patch.placed(clean, aimed, (*seed, number))
         frame = quantised(patch.attack(clean, aimed, (*seed, number)))
-        seen_as = specific(attack, intention)
-        yield _Look(frame, attack, intentions=(intention,), seen_as=seen_as, place=place)
+        yield _Look(
+            frame,
+            attack,
+            intentions=(intention,),
+            seen_as=specific(attack, intention),
+            place=place,
+            ghost_width=patch.ghost_width,
+        )
 
 
 def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Boxes3D:
@@ -343,11 +352,11 @@ def _measure(
     else:
         aim = look.place.intention(clean.image(LEFT).shape[1])
         numbers["attack_intention"] = list(Intention).index(aim)
-        ghost = ghost_box(look.place, clean.calibration)
+        ghost = ghost_box(look.place, clean.calibration, look.ghost_width)
         overlap = iou_from_above(believed, ghost)
         numbers["ghost_seen"] = float((overlap > 0).any())
         if not look.seen_as and isinstance(detector, DifferentiableDetector):
-            ghosts = target_boxes(look.place, clean.calibration, victim.truth)
+            ghosts = target_boxes(look.place, clean.calibration, victim.truth, look.ghost_width)
             numbers["clean_ghost_loss"] = _loss(detector, clean, ghosts)
             numbers["ghost_loss"] = _loss(detector, look.frame, ghosts)
     filed = setting(victim.detector.name, look.seen_as or look.attack)
