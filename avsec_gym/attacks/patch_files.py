@@ -178,7 +178,9 @@ def _read_card(path: Path) -> PatchCard | None:
     try:
         return read_fields(PatchCard, path, remedy=_AGAIN)
     except ConfigurationError as error:
-        raise DataError(f"This is no card of a patch ({error}).", path=path, remedy=_AGAIN) from error
+        raise DataError(
+            f"This is no card of a patch ({error}).", path=path, remedy=_AGAIN
+        ) from error
 
 
 def _card_path(path: Path) -> Path:

@@ -79,7 +79,9 @@ def test_without_noise_it_is_the_plain_attack(plain: Perturbation, copies: int) 
     quiet = ExpectationOverNoise(**vars(plain), copies=copies, noise=0.0)
     assert quiet.budget == plain.budget
     for one, other in zip(
-        quiet.iterates(frame(), victim, seed=4), plain.iterates(frame(), victim, seed=4), strict=True
+        quiet.iterates(frame(), victim, seed=4),
+        plain.iterates(frame(), victim, seed=4),
+        strict=True,
     ):
         np.testing.assert_array_equal(pixels(one), pixels(other))
 

@@ -125,7 +125,7 @@ def test_other_terms_and_losses_without_a_class_are_refused() -> None:
         with pytest.raises(ConfigurationError, match="no terms 'class'"):
             asked()
     victim = Victim(TwoTerms(has_class=False), CARS)
-    with pytest.raises(ConfigurationError, match="box, objectness.*terms='all'"):
+    with pytest.raises(ConfigurationError, match=r"box, objectness.*terms='all'"):
         thesis_pgd(terms=LossTerms.CLASS_ONLY).attack(noise_frame(4, 6), victim)
 
 

@@ -72,7 +72,7 @@ def test_targets_hold_the_ghost_of_that_width_and_leave_out_what_it_covers() -> 
     place = random_place(CALIBRATION, SIZE, 1, range=PatchRange(nearest=5.0, farthest=5.5))
     small, full = (ghost_box(place, CALIBRATION, width) for width in (1.0, FULL_CAR[1]))
     # Behind the small one, within the full one.
-    behind = replace(full, location=full.location + [0.0, 0.0, full.length[0] - 0.2])
+    behind = replace(full, location=full.location + np.array([0.0, 0.0, full.length[0] - 0.2]))
     behind = replace(behind, dimensions=np.array([[1.5, 1.0, full.length[0] - 0.3]]))
     assert len(target_boxes(place, CALIBRATION, behind, 1.0)) == 2
     assert len(target_boxes(place, CALIBRATION, behind, FULL_CAR[1])) == 1
@@ -82,7 +82,10 @@ def test_targets_hold_the_ghost_of_that_width_and_leave_out_what_it_covers() -> 
 @pytest.mark.parametrize("width", [0.0, 2.0, float("nan"), "car"])
 def test_ghosts_that_no_car_has_are_refused(width: Any) -> None:
     place = random_place(CALIBRATION, SIZE, 0)
-    for made in (lambda: ghost_box(place, CALIBRATION, width), lambda: PatchTraining(ghost_width=width)):
+    for made in (
+        lambda: ghost_box(place, CALIBRATION, width),
+        lambda: PatchTraining(ghost_width=width),
+    ):
         with pytest.raises(ConfigurationError, match="ghost_width"):
             made()
 
@@ -122,18 +125,24 @@ def test_a_patch_stands_where_it_was_trained_and_knows_its_ghosts(tmp_path: Path
     victim = Victim(Oracle(), Boxes3D.empty())
     depths = [721.5377 * 0.54 / near.placed(frame(), victim, seed).disparity for seed in range(20)]
     assert 4.9 < min(depths) <= max(depths) < 7.3
-    asked = PatchAttack(tmp_path / "near.safetensors", range=PatchRange(nearest=15.0, farthest=20.0))
+    asked = PatchAttack(
+        tmp_path / "near.safetensors", range=PatchRange(nearest=15.0, farthest=20.0)
+    )
     assert asked.stands_in.nearest == 15.0
 
 
 def test_shipped_patches_stand_where_they_stood() -> None:
     for name in ("dsgn", "stereo_rcnn", "joint"):
-        attack = PatchAttack(Path(patch_training.__file__).parent / "patches" / f"{name}.safetensors")
+        attack = PatchAttack(
+            Path(patch_training.__file__).parent / "patches" / f"{name}.safetensors"
+        )
         assert attack.stands_in == PatchRange()
         assert attack.ghost_width is None
 
 
-@pytest.mark.parametrize("training", [{"ghost_width": 3.0}, {"range": {"nearest": -1}}, {"range": 5}])
+@pytest.mark.parametrize(
+    "training", [{"ghost_width": 3.0}, {"range": {"nearest": -1}}, {"range": 5}]
+)
 def test_a_card_that_states_what_cannot_be_is_refused(
     tmp_path: Path, training: dict[str, Any]
 ) -> None:

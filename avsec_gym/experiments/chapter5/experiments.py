@@ -65,7 +65,7 @@ def _pyramid_cells(configuration: Configuration) -> list[Cell]:
 
 
 def _stronger_cells(configuration: Configuration) -> list[Cell]:
-    """All stronger attacks where the options name none, and the unattacked detectors beside them."""
+    """All stronger attacks where the options name none, beside the unattacked detectors."""
     options = {**STRONGER_OPTIONS, **configuration.options}
     asked = replace(configuration, options=options | {"stronger": options["stronger"] or ALL})
     cells = stronger_cells(asked)

@@ -1,4 +1,4 @@
-"""The scenes that costly attacks are measured on: drawn by a seed, the same wherever it is asked."""
+"""The scenes that costly attacks are measured on: drawn by a seed, everywhere the same."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from avsec_gym.argument_checks import whole_number
 def drawn_scenes(ids: Sequence[str], count: int, seed: int) -> tuple[str, ...]:
     """So many of the scenes, without replacement, each as likely as any other.
 
-    Every scene has a place in a queue: the SHA-256 of ``"SEED ID"``; the first `count` are drawn.  A
-    scene's place hangs on nothing but the seed and its own id.  So a larger draw holds a smaller
-    one, a run that has only some of the scenes draws among them in the same order, and anybody can
-    draw the same scenes anew.
+    Every scene has a place in a queue, by the SHA-256 of ``"SEED ID"``; the first `count` are
+    drawn.  A scene's place hangs on nothing but the seed and its own id.  So a larger draw holds a
+    smaller one, a run that has only some of the scenes draws among them in the same order, and a
+    reader can draw the same scenes anew.
 
     Args:
         ids: Ids of the scenes, each once.

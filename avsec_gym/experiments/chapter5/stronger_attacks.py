@@ -1,9 +1,9 @@
 """Perturbations stronger than the thesis': more steps, the class alone, and the mean over noise.
 
-Chapter 5's perturbations have 4 steps and climb the whole loss.  A detector that keeps its precision
-under them may still lose it to more steps, to an attack that spends all of its change on classes, or
-to one whose gradient outlasts noise; without these, that it is robust is no finding (Tramer et al.,
-"On adaptive attacks to adversarial example defenses", NeurIPS 2020).
+Chapter 5's perturbations have 4 steps and climb the whole loss.  A detector that keeps its
+precision under them may still lose it to more steps, to an attack that spends all of its change on
+classes, or to one whose gradient outlasts noise.  Without these, robustness is no finding (Tramer
+et al., "On adaptive attacks to adversarial example defenses", NeurIPS 2020).
 """
 
 from __future__ import annotations

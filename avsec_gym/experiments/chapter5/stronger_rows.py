@@ -47,5 +47,7 @@ def stronger_rows(
         {scenario: labels[scenario] for scenario in drawn},
         attacks=(UNATTACKED, *STRONGER_NAMES),
     )
-    rows = [attack_row(outcomes, attack) for attack in losses(outcomes)] if outcomes.scenarios else []
+    rows = (
+        [attack_row(outcomes, attack) for attack in losses(outcomes)] if outcomes.scenarios else []
+    )
     return StrongerRows(len(outcomes.scenarios), rows) if rows else None

@@ -121,9 +121,7 @@ def test_more_steps_within_the_same_ball_climb_higher() -> None:
         "bounded_pgd-4", frame(), victim, {**STRONGER_OPTIONS, "steps": [1, 4, 20]}, 0
     ):
         views = torch.from_numpy(pixels(attacked)).permute(0, 3, 1, 2)[None]
-        heights.append(
-            sum(-float(((views - target) ** 2).sum()) for target in detector.targets)
-        )
+        heights.append(sum(-float(((views - target) ** 2).sum()) for target in detector.targets))
     assert heights[0] < heights[1] <= heights[2]
 
 
