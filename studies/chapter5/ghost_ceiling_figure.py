@@ -41,7 +41,7 @@ def draw_ceilings(result: GhostCeilings, path: str | Path) -> None:
         panels[1].set_xlabel("distance to the ghost’s rear, m")
         handles, names = panels[0].get_legend_handles_labels()
         figure.legend(handles, names, loc="lower center", ncol=4, frameon=False, fontsize=8)
-        figure.subplots_adjust(0.065, 0.29, 0.99, 0.92, wspace=0.06)
+        figure.subplots_adjust(0.065, 0.29, 0.99, 0.92, wspace=0.1)
         figure.savefig(path, dpi=150)
 
 

@@ -71,6 +71,9 @@ def reaches(scene: Scene, intention: Intention, ghosts: list[Boxes3D]) -> bool:
     shapely.prepare(occupied)
     [goal] = scene.problem(intention).goals
     assert goal.region is not None
+    assert goal.heading is not None
+    assert goal.velocity is not None
+    (right, left), slowest = goal.heading, goal.velocity[0]
     region = shapely.union_all([shape.polygon() for shape in goal.region])
 
     def drive(x: float, y: float, heading: float, step: int, followers: list[int]) -> bool:
@@ -85,10 +88,9 @@ def reaches(scene: Scene, intention: Intention, ghosts: list[Boxes3D]) -> bool:
                 )
                 if step + j > goal.steps[1] or not free(*centre, heading + turn):
                     break
-                if goal.steps[0] <= step + j and region.contains(shapely.Point(centre)):
-                    low, high = goal.heading
-                    if low <= heading + turn <= high and goal.velocity[0] <= velocity:
-                        return True
+                arrived = goal.steps[0] <= step + j and region.contains(shapely.Point(centre))
+                if arrived and right <= heading + turn <= left and slowest <= velocity:
+                    return True
             else:
                 follows = [*np.nonzero(PRIMITIVES.follows[p])[0]]
                 if drive(x1, y1, heading + turn, step + int(PRIMITIVES.steps[p]), follows):
@@ -174,6 +176,10 @@ def test_the_result_is_read_back_and_its_page_names_every_kind(found: GhostCeili
     page = ceiling_page(again)
     assert page == ceiling_page(found)
     assert page.count("| two full |") == page.count("| one as seen |") == len(Intention)
+    (beside,) = (line for line in page.splitlines() if line.startswith("| straight |"))
+    rates = [row.rates.safe_driving_rate for row in found.rows if row.intention == "straight"]
+    assert f"| {100 * min(rates):.1f} (" in beside
+    assert "| 54.7 |" in beside  # Table 5.4 of the thesis.
     assert len(found.rows) == 2 * len(WIDTHS) * len(DISTANCES) * len(Intention)
     for row in found.rows:
         if (row.ghosts, row.nearest, row.intention) == (2, 16.0, "left"):
