@@ -22,7 +22,7 @@ STEPS = 100_000
 NOISES: Ends = (0.0, 255.0)
 """Grey levels of noise, 0: none."""
 COPIES = 10_000
-"""Most copies of a frame that a gradient is averaged over."""
+"""Largest number of copies of a frame that a gradient is averaged over."""
 MOMENTA: Ends = (0.0, 100.0)
 WIDTHS: Ends = (0.001, 1000.0)
 """Metres, of what is made to be seen; heights too."""

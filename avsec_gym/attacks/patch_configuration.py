@@ -33,8 +33,8 @@ class PatchTraining:
     """Where it stands: `nearest` 5 and `farthest` 20 metres are all distances at which a ghost is
     in a car's way."""
     ghost_width: float | None = None
-    """Of b*, metres, up to a full car's 1.63; height and length go with it.  Default: what the
-    patch shows of a car at its distance."""
+    """Width of b*, metres, up to a full car's 1.63; height and length go with it.  Default: what
+    the patch shows of a car at its distance."""
     seed: int = 0
     """Seed of the order, places, disparities and rotations."""
     keep_real: bool = field(

@@ -86,8 +86,8 @@ STRONGER = (
     ),
     StrongerAttack("eot_pgd-4", "PGD over noise within 4 grey levels", 1.0, 4.0, over_noise=True),
 )
-"""In the order of tables.  With 4 steps, ``long_pgd-...`` and ``bounded_pgd-4`` are the thesis'
-attacks; within 4 grey levels, all have the budget of the thesis' alpha 1, n 4."""
+"""All of them, in the order of tables.  With 4 steps, ``long_pgd-...`` and ``bounded_pgd-4`` are
+the thesis' attacks; what is within 4 grey levels has the budget of the thesis' alpha 1, n 4."""
 STRONGER_NAMES = tuple(attack.name for attack in STRONGER)
 
 ALL = "all"
