@@ -150,7 +150,9 @@ def test_it_has_a_name_in_the_registry_and_in_environments() -> None:
     made = make("attack", asked)
     assert isinstance(made, Attack)
     assert made == ExpectationOverNoise(copies=2, noise=1.0, steps=1)
-    env = gym.make("avsec_gym:avsec/DetectorBenchmark-v0", attack=asked)
+    env = gym.make("avsec_gym:avsec/DetectorBenchmark-v0", detector="stereo_rcnn", attack=asked)
     assert env.spec is not None
     assert env.spec.kwargs["attack"] == asked
     env.close()
+    with pytest.raises(ConfigurationError, match="needs a detector"):
+        gym.make("avsec_gym:avsec/DetectorBenchmark-v0", attack=asked)
