@@ -79,7 +79,8 @@ class Perturbation:
         keep_checked(self, checked)
         if (self.projected and self.epsilon is None) or (self.random_start and not self.projected):
             raise ConfigurationError(
-                "a projection needs the epsilon of its ball, and a random start a projection"
+                "projected=True needs the epsilon of its ball, and random_start=True a projection:"
+                " for instance, give projected=True, epsilon=4"
             )
 
     @property
