@@ -98,6 +98,10 @@ BUILT_IN = {
     (Kind.ATTACK, "i_fgsm"): ("avsec_gym.attacks.perturbation:i_fgsm", {}),
     (Kind.ATTACK, "mi_fgsm"): ("avsec_gym.attacks.perturbation:mi_fgsm", {}),
     (Kind.ATTACK, "projected_pgd"): ("avsec_gym.attacks.perturbation:projected_pgd", {}),
+    (Kind.ATTACK, "expectation_over_noise"): (
+        "avsec_gym.attacks.expectation_over_noise:ExpectationOverNoise",
+        {},
+    ),
     (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
     (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),

@@ -19,6 +19,10 @@ LEVELS: Ends = (1e-6, 255.0)
 """Grey levels by which a pixel is changed."""
 STEPS = 100_000
 """Most steps of an attack, or queries of its victim."""
+NOISES: Ends = (0.0, 255.0)
+"""Grey levels of noise, 0: none."""
+COPIES = 10_000
+"""Largest number of copies of a frame that a gradient is averaged over."""
 MOMENTA: Ends = (0.0, 100.0)
 WIDTHS: Ends = (0.001, 1000.0)
 """Metres, of what is made to be seen; heights too."""

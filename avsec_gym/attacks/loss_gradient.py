@@ -8,6 +8,7 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
+from avsec_gym.attacks.loss_terms import LossTerms
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.detectors.detector import Detector, DifferentiableDetector
@@ -19,20 +20,22 @@ def total_loss(
     batch: StereoBatch,
     truths: Sequence[Boxes3D],
     disparity: Tensor | None = None,
+    which: LossTerms = LossTerms.ALL,
 ) -> Tensor:
-    """L, the sum of the terms of the training loss; see `DifferentiableDetector.losses`.
+    """L, the sum of terms of the training loss; see `DifferentiableDetector.losses`.
 
     Args:
         detector: O.
         batch: Images of B pairs.
         truths: Real objects b^true of each pair.
         disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
+        which: The terms that are added up.
 
     Raises:
-        ConfigurationError: The detector has no loss.
+        ConfigurationError: The detector has no loss, or none of these terms.
     """
     terms = differentiable(detector).losses(batch, truths, disparity)
-    return torch.stack(list(terms.values())).sum()
+    return torch.stack(which.chosen(terms, detector.name)).sum()
 
 
 def loss_gradient(
@@ -40,6 +43,7 @@ def loss_gradient(
     batch: StereoBatch,
     truths: Sequence[Boxes3D],
     disparity: Tensor | None = None,
+    which: LossTerms = LossTerms.ALL,
 ) -> Tensor:
     """The gradient of L at the pixels of the left and the right images, shape (2, B, 3, H, W).
 
@@ -47,11 +51,13 @@ def loss_gradient(
     `total_loss`.
 
     Raises:
-        ConfigurationError: The detector has no loss, or one that is no function of the pixels.
+        ConfigurationError: The detector has no loss, none of these terms, or one that is no
+            function of the pixels.
     """
     left, right = (view.detach().clone().requires_grad_() for view in (batch.left, batch.right))
     with torch.enable_grad():
-        loss = total_loss(detector, replace(batch, left=left, right=right), truths, disparity)
+        views = replace(batch, left=left, right=right)
+        loss = total_loss(detector, views, truths, disparity, which)
     if not loss.requires_grad:
         raise ConfigurationError(
             f"the losses of {detector.name!r} are no function of the pixels: is its gradient off?"

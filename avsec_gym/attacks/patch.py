@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from avsec_gym.argument_checks import instance_of, label, number, one_of
+from avsec_gym.argument_checks import instance_or_none, label, number, one_of
 from avsec_gym.attacks.argument_domains import RADII
 from avsec_gym.attacks.attack import LEFT, Budget, Seed, Victim
 from avsec_gym.attacks.patch_files import Patch, PatchCard, patch_of
@@ -35,7 +35,7 @@ class PatchAttack:
         placement: ``random``: anywhere in the image; ``specific``: in the third of the image that
             the driving intention points to.
         radius: Radius in pixels of the camera's own image; None: that of the patch.
-        range: Range of its distances and tilts.
+        range: Range of its distances and tilts; None: that of the patch's training.
         name: Name of the attack in results.
 
     Raises:
@@ -46,14 +46,14 @@ class PatchAttack:
     patch: Patch | str | Path
     placement: Literal["random", "specific"] = "random"
     radius: float | None = None
-    range: PatchRange = field(default_factory=PatchRange)
+    range: PatchRange | None = None
     name: str = "patch"
 
     def __post_init__(self) -> None:
         one_of("placement", self.placement, ("random", "specific"))
         if self.radius is not None:
             object.__setattr__(self, "radius", number("radius", self.radius, *RADII))
-        instance_of("range", self.range, PatchRange)
+        instance_or_none("range", self.range, PatchRange)
         label("name", self.name)
         object.__setattr__(self, "patch", patch_of(self.patch))
 
@@ -61,6 +61,18 @@ class PatchAttack:
     def budget(self) -> Budget:
         """Everything inside of one disc."""
         return Budget(change=255.0, area=largest_area(self._radius))
+
+    @property
+    def stands_in(self) -> PatchRange:
+        """The range of its distances and tilts."""
+        card = self._patch.card
+        return self.range or (PatchRange() if card is None else card.range)
+
+    @property
+    def ghost_width(self) -> float | None:
+        """Width of the ghosts b* that the patch was trained towards, see `ghost_box`."""
+        card = self._patch.card
+        return None if card is None else card.ghost_width
 
     def placed(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> PatchPlace:
         """Where `attack` puts the patch for this seed; the detector has no part in it."""
@@ -72,7 +84,7 @@ class PatchAttack:
             frame.image(LEFT).shape[:2],
             seed,
             radius=self._radius,
-            range=self.range,
+            range=self.stands_in,
             objects=victim.truth,
         )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from avsec_gym.attacks.patch_ghosts import ghost_width
 from avsec_gym.attacks.patch_placement import RADIUS, PatchRange
 from avsec_gym.errors import ConfigurationError
 
@@ -29,7 +30,11 @@ class PatchTraining:
     radius: float = RADIUS
     """Pixels of the camera's own image."""
     range: PatchRange = field(default_factory=PatchRange)
-    """Where it stands."""
+    """Where it stands: `nearest` 5 and `farthest` 20 metres are all distances at which a ghost is
+    in a car's way."""
+    ghost_width: float | None = None
+    """Width of b*, metres, up to a full car's 1.63; height and length go with it.  Default: what
+    the patch shows of a car at its distance."""
     seed: int = 0
     """Seed of the order, places, disparities and rotations."""
     keep_real: bool = field(
@@ -43,6 +48,8 @@ class PatchTraining:
     reach what is far from the patch; else the ghost alone, and all the rest is to vanish."""
 
     def __post_init__(self) -> None:
+        if self.ghost_width is not None:
+            object.__setattr__(self, "ghost_width", ghost_width(self.ghost_width))
         if min(self.epochs, self.batch) < 1 or self.seed < 0:
             raise ConfigurationError(
                 f"epochs and batch are 1 or more, the seed 0 or more, got {self}"

@@ -14,8 +14,9 @@ from safetensors.torch import save
 from torch import Tensor
 
 from avsec_gym.argument_checks import shown
+from avsec_gym.attacks.patch_ghosts import ghost_width
 from avsec_gym.attacks.patch_pasting import disc
-from avsec_gym.attacks.patch_placement import RADIUS
+from avsec_gym.attacks.patch_placement import RADIUS, PatchRange
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.sensor_files import write_image
 from avsec_gym.perception.weights.tensor_files import read_tensors
@@ -45,6 +46,10 @@ class PatchCard:
         minutes: Duration of the training, minutes.
         versions: Versions of the software that made it.
         sha256: Hash of the file.
+
+    Raises:
+        ConfigurationError: The training's range or width of ghosts cannot be.
+        TypeError: The training's range is none.
     """
 
     detectors: dict[str, str | None] = field(default_factory=dict)
@@ -56,6 +61,20 @@ class PatchCard:
     minutes: float | None = None
     versions: dict[str, str] = field(default_factory=dict)
     sha256: str = ""
+
+    def __post_init__(self) -> None:
+        _ = self.ghost_width, self.range  # A card that states impossible ones is refused.
+
+    @property
+    def ghost_width(self) -> float | None:
+        """Width of the ghosts b* that it was trained towards, see `PatchTraining`."""
+        width = self.training.get("ghost_width")
+        return None if width is None else ghost_width(width)
+
+    @property
+    def range(self) -> PatchRange:
+        """Where it stood in its training; the usual range where the card does not state it."""
+        return PatchRange(**self.training.get("range", {}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +195,14 @@ def patch_of(what: Patch | str | Path) -> Patch:
 
 
 def _read_card(path: Path) -> PatchCard | None:
-    return read_fields(PatchCard, path, remedy=_AGAIN) if is_there(path) else None
+    if not is_there(path):
+        return None
+    try:
+        return read_fields(PatchCard, path, remedy=_AGAIN)
+    except ConfigurationError as error:
+        raise DataError(
+            f"This is no card of a patch ({error}).", path=path, remedy=_AGAIN
+        ) from error
 
 
 def _card_path(path: Path) -> Path:

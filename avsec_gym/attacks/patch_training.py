@@ -195,7 +195,8 @@ class _Run:
             objects=truth,
         )
         real = truth if self.configuration.keep_real else None
-        return frame, place, target_boxes(place, frame.calibration, real)
+        width = self.configuration.ghost_width
+        return frame, place, target_boxes(place, frame.calibration, real, width)
 
     def _loss(
         self,

@@ -23,6 +23,7 @@ from avsec_gym.argument_checks import flag, keep_checked, label, number, whole_n
 from avsec_gym.attacks.argument_domains import LEVELS, MOMENTA, STEPS
 from avsec_gym.attacks.attack import Budget, Seed, Victim, with_pair
 from avsec_gym.attacks.loss_gradient import loss_gradient
+from avsec_gym.attacks.loss_terms import LossTerms
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.built_in_parts import AMBIGUOUS_ATTACKS
 from avsec_gym.errors import ConfigurationError
@@ -45,9 +46,11 @@ class Perturbation:
         random_start: Whether to begin anywhere in that ball instead of at its centre.
         shared: Whether both views get one and the same delta; its gradient is the sum of theirs.
         name: Name of the attack in results.
+        terms: Which terms of the detector's training loss are climbed.
 
     Raises:
-        ConfigurationError: A number is out of range, or a projection has no epsilon.
+        ConfigurationError: A number is out of range, a projection has no epsilon, or there are no
+            such terms.
     """
 
     alpha: float = 1.0
@@ -58,23 +61,26 @@ class Perturbation:
     random_start: bool = False
     shared: bool = False
     name: str = "thesis_pgd"
+    terms: LossTerms = LossTerms.ALL
     needs_gradient: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         epsilon = self.epsilon
-        checked = {
+        checked: dict[str, object] = {
             "alpha": number("alpha", self.alpha, *LEVELS),
             "epsilon": None if epsilon is None else number("epsilon", epsilon, *LEVELS),
             "steps": whole_number("steps", self.steps, 1, STEPS),
             "momentum": number("momentum", self.momentum, *MOMENTA),
             "name": label("name", self.name),
+            "terms": LossTerms.named(self.terms),
         }
         for name in ("projected", "random_start", "shared"):
             checked[name] = flag(name, getattr(self, name))
         keep_checked(self, checked)
         if (self.projected and self.epsilon is None) or (self.random_start and not self.projected):
             raise ConfigurationError(
-                "a projection needs the epsilon of its ball, and a random start a projection"
+                "projected=True needs the epsilon of its ball, and random_start=True a projection:"
+                " for instance, give projected=True, epsilon=4"
             )
 
     @property
@@ -129,7 +135,7 @@ class Perturbation:
             detector: O.
             truths: Real objects b^true of each pair.
             disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
-            seed: Seed of the random start.
+            seed: Seed of the random start, and of what `gradient` draws.
 
         Raises:
             ConfigurationError: The detector has no loss to climb.
@@ -137,9 +143,10 @@ class Perturbation:
         clean = torch.stack([batch.left, batch.right]).detach()
         images = self._started(clean, seed)
         velocity = torch.zeros_like(clean[:1])
-        for _ in range(self.steps):
+        seeds = [seed] if isinstance(seed, int) else seed
+        for step in range(self.steps):
             views = replace(batch, left=images[0], right=images[1])
-            gradient = loss_gradient(detector, views, truths, disparity)
+            gradient = self.gradient(views, detector, truths, disparity, [*seeds, step + 1])
             if self.shared:
                 gradient = gradient.sum(dim=0, keepdim=True)
             if self.momentum:
@@ -147,6 +154,25 @@ class Perturbation:
             delta = (self.alpha * gradient.sign()).clamp(-self._bound, self._bound)
             images = self._allowed(images + delta, clean)
             yield replace(batch, left=images[0], right=images[1])
+
+    def gradient(
+        self,
+        batch: StereoBatch,
+        detector: Detector,
+        truths: Sequence[Boxes3D],
+        disparity: Tensor | None,
+        seed: Sequence[int],
+    ) -> Tensor:
+        """The gradient that one step follows, shape (2, B, 3, H, W): that of L at the pixels.
+
+        Args:
+            batch: Images as the steps before left them; see `perturbed` for the other ones.
+            detector: O.
+            truths: Real objects b^true of each pair.
+            disparity: Disparities of the left images.
+            seed: Seed of the step, for attacks that draw.
+        """
+        return loss_gradient(detector, batch, truths, disparity, self.terms)
 
     @property
     def _bound(self) -> float:
@@ -166,23 +192,35 @@ class Perturbation:
 
 
 def thesis_pgd(
-    alpha: float = 1.0, steps: int = 4, epsilon: float | None = None, shared: bool = False
+    alpha: float = 1.0,
+    steps: int = 4,
+    epsilon: float | None = None,
+    shared: bool = False,
+    terms: LossTerms = LossTerms.ALL,
 ) -> Perturbation:
     """The thesis' form of PGD, equations 5.2 and 5.3: the sum of the steps is not projected.
 
     In the thesis, alpha is 0.4 or 1 and n is 1 to 4.
     """
-    return Perturbation(alpha, epsilon, steps, shared=shared, name="thesis_pgd")
+    name = _name("thesis_pgd", terms)
+    return Perturbation(alpha, epsilon, steps, shared=shared, name=name, terms=terms)
 
 
-def fgsm(epsilon: float = 4.0, shared: bool = False) -> Perturbation:
+def fgsm(
+    epsilon: float = 4.0, shared: bool = False, terms: LossTerms = LossTerms.ALL
+) -> Perturbation:
     """The fast gradient sign method: one step of epsilon (Goodfellow et al., ICLR 2015)."""
     epsilon = number("epsilon", epsilon, *LEVELS)
-    return Perturbation(epsilon, epsilon, 1, shared=shared, name="fgsm")
+    name = _name("fgsm", terms)
+    return Perturbation(epsilon, epsilon, 1, shared=shared, name=name, terms=terms)
 
 
 def i_fgsm(
-    epsilon: float = 4.0, alpha: float = 1.0, steps: int | None = None, shared: bool = False
+    epsilon: float = 4.0,
+    alpha: float = 1.0,
+    steps: int | None = None,
+    shared: bool = False,
+    terms: LossTerms = LossTerms.ALL,
 ) -> Perturbation:
     """The basic iterative method (Kurakin et al., ICLR 2017 workshop), clipped about the image.
 
@@ -191,17 +229,25 @@ def i_fgsm(
     epsilon = number("epsilon", epsilon, *LEVELS)
     if steps is None:
         steps = max(1, int(min(epsilon + 4, 1.25 * epsilon)))
-    return Perturbation(alpha, epsilon, steps, projected=True, shared=shared, name="i_fgsm")
+    name = _name("i_fgsm", terms)
+    return Perturbation(
+        alpha, epsilon, steps, projected=True, shared=shared, name=name, terms=terms
+    )
 
 
 def mi_fgsm(
-    epsilon: float = 4.0, steps: int = 4, momentum: float = 1.0, shared: bool = False
+    epsilon: float = 4.0,
+    steps: int = 4,
+    momentum: float = 1.0,
+    shared: bool = False,
+    terms: LossTerms = LossTerms.ALL,
 ) -> Perturbation:
     """Momentum over gradients of L1 norm 1, alpha = epsilon / N (Dong et al., CVPR 2018)."""
     epsilon, steps = number("epsilon", epsilon, *LEVELS), whole_number("steps", steps, 1, STEPS)
     alpha = max(epsilon / steps, LEVELS[0])
+    name = _name("mi_fgsm", terms)
     return Perturbation(
-        alpha, epsilon, steps, momentum, projected=True, shared=shared, name="mi_fgsm"
+        alpha, epsilon, steps, momentum, projected=True, shared=shared, name=name, terms=terms
     )
 
 
@@ -211,6 +257,7 @@ def projected_pgd(
     steps: int = 7,
     random_start: bool = True,
     shared: bool = False,
+    terms: LossTerms = LossTerms.ALL,
 ) -> Perturbation:
     """Projected gradient descent as the field knows it (Madry et al., ICLR 2018).
 
@@ -220,8 +267,9 @@ def projected_pgd(
     """
     epsilon = number("epsilon", epsilon, *LEVELS)
     alpha = max(epsilon / 4, LEVELS[0]) if alpha is None else alpha
+    name = _name("projected_pgd", terms)
     return Perturbation(
-        alpha, epsilon, steps, 0.0, True, random_start, shared, name="projected_pgd"
+        alpha, epsilon, steps, 0.0, True, random_start, shared, name=name, terms=terms
     )
 
 
@@ -232,6 +280,12 @@ def pgd(*_: object, **__: object) -> NoReturn:
         ConfigurationError: Always; it names both.
     """
     raise ConfigurationError(AMBIGUOUS_ATTACKS["pgd"])
+
+
+def _name(attack: str, terms: LossTerms) -> str:
+    """Results of other terms than the thesis' are filed apart."""
+    which = LossTerms.named(terms)
+    return attack if which is LossTerms.ALL else f"{attack} {which}"
 
 
 def _normalised(gradient: Tensor) -> Tensor:

@@ -46,6 +46,7 @@ EXPERIMENTS: dict[str, str] = {
         "feature_spread": "FEATURE_SPREAD",
         "without_pyramid": "PYRAMID_ABLATION",
         "controls": "CONTROLS",
+        "stronger_perturbations": "STRONGER_PERTURBATIONS",
     }.items()
 }
 """Name -> ``"module:attribute"`` of this package's, the demo and any parts first, then in the order

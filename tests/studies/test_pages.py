@@ -16,6 +16,8 @@ from studies.chapter3.real_frames_result import RealFramesResult
 from studies.chapter3.shipped_fits.judged_result import JudgedFits
 from studies.chapter5 import costly_errors, score_thresholds, telling_page
 from studies.chapter5.costly_errors import CostlyErrors
+from studies.chapter5.ghost_ceiling import GhostCeilings
+from studies.chapter5.ghost_ceiling_page import ceiling_page
 from studies.chapter5.patch_signal import PatchSignals
 from studies.chapter5.patch_signal_page import signal_page
 from studies.chapter5.score_thresholds import SweptThresholds
@@ -37,6 +39,7 @@ def _read(name: str, kind: type[Any]) -> Any:
 PAGES: dict[str, tuple[type[Any], Callable[[Any], str]]] = {
     "error_models": (CheckedModels, error_models_page),
     "identification_real": (RealFramesResult, real_frames_page),
+    "ghost_ceiling": (GhostCeilings, ceiling_page),
     "patch_signal": (PatchSignals, signal_page),
     "chapter5_errors": (
         CostlyErrors,
@@ -75,6 +78,7 @@ def test_the_page_of_detectors_is_that_of_the_results() -> None:
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
+        ("ghost_ceiling", GhostCeilings),
         ("identification_real", RealFramesResult),
         ("other_pairs", OtherPairs),
         ("patch_signal", PatchSignals),

@@ -11,8 +11,10 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
     WITHOUT_PYRAMID,
 )
+from avsec_gym.experiments.chapter5.stronger_attacks import STRONGER
 from avsec_gym.experiments.thesis import NAMES
 
+_STRONGER = {attack.name: attack.words for attack in STRONGER}
 _PATCHES = {"patch": "patch", "joint": "joint patch", "grey": "grey disc"}
 
 
@@ -30,7 +32,7 @@ def attack_name(attack: str, strength: float = 0.0, whole_levels: bool = False) 
     """In words.
 
     Args:
-        attack: See `avsec_gym.experiments.chapter5.settings`.
+        attack: See `avsec_gym.experiments.chapter5.settings`, or one of `STRONGER`.
         strength: Steps, n; 0: whatever strength.
         whole_levels: Whether pixels were rounded.
 
@@ -41,6 +43,8 @@ def attack_name(attack: str, strength: float = 0.0, whole_levels: bool = False) 
     kind, _, rest = attack.partition("-")
     if attack == UNATTACKED:
         name = "unattacked"
+    elif attack in _STRONGER:
+        name = _STRONGER[attack]
     elif attack in PERTURBATIONS:
         name = f"thesis PGD α {rest}"
     elif attack in NOISES:

@@ -22,6 +22,7 @@ from avsec_gym.attacks.perturbation import Perturbation
 from avsec_gym.attacks.texture import replace_texture
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter5.scene_draw import drawn_scenes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -35,6 +36,13 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
     setting,
     specific,
+)
+from avsec_gym.experiments.chapter5.stronger_attacks import (
+    STRONGER_NAMES,
+    STRONGER_OPTIONS,
+    chosen_attacks,
+    looked_at_steps,
+    stronger_iterates,
 )
 from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector, trained_inputs
 from avsec_gym.frame import SensorFrame
@@ -73,6 +81,26 @@ def attacked_cells(
     ]
 
 
+def stronger_cells(
+    configuration: Configuration, detectors: Sequence[str] = DETECTORS
+) -> list[Cell]:
+    """A cell for every drawn scene, detector and stronger attack that the options name.
+
+    Raises:
+        ConfigurationError: There is no such attack, or no such draw or number of steps.
+    """
+    options = {**STRONGER_OPTIONS, **configuration.options}
+    attacks = chosen_attacks(options)
+    looked_at_steps(options)  # A slip is reported before anything is done.
+    ids = [scene.id for scene in scenes_of(configuration).scenes.labelled]
+    drawn = set(drawn_scenes(ids, options["drawn_scenes"], configuration.seed))
+    return [
+        cell
+        for cell in attacked_cells(configuration, attacks, detectors)
+        if cell.arguments["scenario"] in drawn
+    ]
+
+
 def attacked_inputs(
     configuration: Configuration, detectors: Sequence[str] = DETECTORS
 ) -> dict[str, Path]:
@@ -108,6 +136,8 @@ class _Look:
     """Attack in the setting of detections, if it is not `attack`: a specific one has intentions."""
     place: PatchPlace | None = None
     """Place of a patch."""
+    ghost_width: float | None = None
+    """Width of the ghosts that the patch was trained towards, see `ghost_box`."""
     whole_levels: bool = False
     attacked: SensorFrame | None = None
     """The frame that the attack began with; None: the clean one."""
@@ -137,7 +167,7 @@ class AttackedEpisodes:
     """
 
     def __init__(self, configuration: Configuration) -> None:
-        self._options = {**OPTIONS, **configuration.options}
+        self._options = {**OPTIONS, **STRONGER_OPTIONS, **configuration.options}
         self._seed = configuration.seed
         self._scenes = scenes_of(configuration)
         self._by_id = {scene.id: scene for scene in self._scenes.scenes.labelled}
@@ -169,7 +199,8 @@ class AttackedEpisodes:
             if look.whole_levels and not sheet:
                 continue
             believed = _take(result, look, scene, pipeline)
-            if not look.whole_levels and look.strength in (0, STEPS):
+            last = look.strength in (0, STEPS) or attack in STRONGER_NAMES
+            if last and not look.whole_levels:
                 with result.timed("measuring"):
                     _measure(result, look, scene, clean, victim, believed, losses=sheet)
 
@@ -227,6 +258,9 @@ class AttackedEpisodes:
         elif attack in PATCHES + JOINT_PATCHES + GREY_PATCHES:
             patch = PatchAttack(self._patch(kind, victim.detector.name), rest)  # type: ignore[arg-type]
             yield from _patched(attack, patch, clean, victim, seed)
+        elif attack in STRONGER_NAMES:
+            for n, frame in stronger_iterates(attack, clean, victim, self._options, seed):
+                yield _Look(frame, attack, n)
         else:
             raise ConfigurationError(f"chapter 5 has no attack {attack!r}")
 
@@ -270,14 +304,21 @@ def _patched(
     """One look for all intentions, or for each its own; a printed patch has whole levels anyway."""
     if patch.placement == "random":
         place = patch.placed(clean, victim, seed)
-        yield _Look(quantised(patch.attack(clean, victim, seed)), attack, place=place)
+        frame = quantised(patch.attack(clean, victim, seed))
+        yield _Look(frame, attack, place=place, ghost_width=patch.ghost_width)
         return
     for number, intention in enumerate(Intention):
         aimed = replace(victim, intention=intention)
         place = patch.placed(clean, aimed, (*seed, number))
         frame = quantised(patch.attack(clean, aimed, (*seed, number)))
-        seen_as = specific(attack, intention)
-        yield _Look(frame, attack, intentions=(intention,), seen_as=seen_as, place=place)
+        yield _Look(
+            frame,
+            attack,
+            intentions=(intention,),
+            seen_as=specific(attack, intention),
+            place=place,
+            ghost_width=patch.ghost_width,
+        )
 
 
 def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Boxes3D:
@@ -341,11 +382,11 @@ def _measure(
     else:
         aim = look.place.intention(clean.image(LEFT).shape[1])
         numbers["attack_intention"] = list(Intention).index(aim)
-        ghost = ghost_box(look.place, clean.calibration)
+        ghost = ghost_box(look.place, clean.calibration, look.ghost_width)
         overlap = iou_from_above(believed, ghost)
         numbers["ghost_seen"] = float((overlap > 0).any())
         if not look.seen_as and isinstance(detector, DifferentiableDetector):
-            ghosts = target_boxes(look.place, clean.calibration, victim.truth)
+            ghosts = target_boxes(look.place, clean.calibration, victim.truth, look.ghost_width)
             numbers["clean_ghost_loss"] = _loss(detector, clean, ghosts)
             numbers["ghost_loss"] = _loss(detector, look.frame, ghosts)
     filed = setting(victim.detector.name, look.seen_as or look.attack)

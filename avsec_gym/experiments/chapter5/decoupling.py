@@ -111,7 +111,7 @@ def decoupling(outcomes: Outcomes) -> Decoupling:
             for condition in outcomes.conditions
             if condition.attack == UNATTACKED
         ],
-        attacks=[_attack_row(outcomes, attack) for attack in every],
+        attacks=[attack_row(outcomes, attack) for attack in every],
         rank_correlation={
             name: rank_correlation(group)
             for name, group in (*by_detector.items(), ("both", attacks))
@@ -132,7 +132,13 @@ def rank_correlation(attacks: Sequence[Losses]) -> RankCorrelation:
     return RankCorrelation(len(attacks), rho.value, rho.interval_around)
 
 
-def _attack_row(outcomes: Outcomes, attack: Losses) -> AttackRow:
+def attack_row(outcomes: Outcomes, attack: Losses) -> AttackRow:
+    """The losses under one attack, with the differences of the rates from the unattacked detector.
+
+    Args:
+        outcomes: The outcomes that the losses were measured on.
+        attack: The losses.
+    """
     clean, attacked = (
         outcomes.records(condition) for condition in (attack.condition.unattacked, attack.condition)
     )

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
-from avsec_gym.experiments.chapter5.attacked_episodes import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.attacked_episodes import (
+    attacked_cells,
+    attacked_inputs,
+    stronger_cells,
+)
 from avsec_gym.experiments.chapter5.patch_spreads import spread_cells, spread_inputs
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, PYRAMID_OPTIONS
 from avsec_gym.experiments.chapter5.settings import (
@@ -20,6 +25,7 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
     WITHOUT_PYRAMID,
 )
+from avsec_gym.experiments.chapter5.stronger_attacks import ALL, STRONGER_OPTIONS
 from avsec_gym.experiments.chapter5.trained import patches_there
 from avsec_gym.experiments.chapter5.true_episodes import true_cells, true_inputs
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment
@@ -58,8 +64,21 @@ def _pyramid_cells(configuration: Configuration) -> list[Cell]:
     return [*episodes, *spread_cells(configuration, both)]
 
 
+def _stronger_cells(configuration: Configuration) -> list[Cell]:
+    """All stronger attacks where the options name none, beside the unattacked detectors."""
+    options = {**STRONGER_OPTIONS, **configuration.options}
+    asked = replace(configuration, options=options | {"stronger": options["stronger"] or ALL})
+    cells = stronger_cells(asked)
+    drawn = {cell.arguments["scenario"] for cell in cells}
+    unattacked = attacked_cells(configuration, (UNATTACKED,))
+    return [*(cell for cell in unattacked if cell.arguments["scenario"] in drawn), *cells]
+
+
 def _chapter_5_cells(configuration: Configuration) -> list[Cell]:
-    """Feature maps last: they take their time, and the answer needs none of them."""
+    """Feature maps last: they take their time, and the answer needs none of them.
+
+    Stronger attacks are there only where the options name them.
+    """
     attacks = (
         UNATTACKED,
         *PERTURBATIONS,
@@ -69,7 +88,11 @@ def _chapter_5_cells(configuration: Configuration) -> list[Cell]:
         *NOISES,
         *GREY_PATCHES,
     )
-    return [*_with_truth(configuration, attacks), *spread_cells(configuration, DETECTORS)]
+    return [
+        *_with_truth(configuration, attacks),
+        *stronger_cells(configuration),
+        *spread_cells(configuration, DETECTORS),
+    ]
 
 
 PLANNERS = Experiment(
@@ -157,12 +180,22 @@ CONTROLS = _attacked(
     *NOISES,
     *GREY_PATCHES,
 )
+STRONGER_PERTURBATIONS = Experiment(
+    "stronger_perturbations",
+    "Do more steps, the class alone, or a mean over noise take what the thesis' perturbations do"
+    " not?",
+    "",
+    _stronger_cells,
+    attacked_inputs,
+    {**OPTIONS, **STRONGER_OPTIONS},
+    section=SECTION,
+)
 CHAPTER_5 = Experiment(
     "chapter5",
     "Does a detector's loss of precision under attack say anything about driving safety?",
     "Chapter 5",
     _chapter_5_cells,
     attacked_inputs,
-    OPTIONS,
+    {**OPTIONS, **STRONGER_OPTIONS},
     section=SECTION,
 )

@@ -23,6 +23,7 @@ from avsec_gym.experiments.chapter5.patch_effects import PatchEffectRow, patch_e
 from avsec_gym.experiments.chapter5.pyramid import PyramidRow, pyramid_rows
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.seen import SeenRow, seen_rows
+from avsec_gym.experiments.chapter5.stronger_rows import StrongerRows, stronger_rows
 from avsec_gym.experiments.chapter5.tables import (
     InputRow,
     PlacementRow,
@@ -35,7 +36,7 @@ from avsec_gym.experiments.chapter5.tables import (
     precision_rows,
     safety_rows,
 )
-from avsec_gym.experiments.json_rows import FLAT, keyed
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL, keyed
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import OnProgress
 
@@ -73,6 +74,7 @@ class AttackFigures:
         flips: Episodes that became unsafe.
         families: Losses by family of attacks, and the exchange rate between them.
         contested: Losses where it matters what a car sees; None: no scenario is contested.
+        stronger: Perturbations stronger than the thesis'; None: the run has none.
     """
 
     decoupling: Decoupling
@@ -90,6 +92,7 @@ class AttackFigures:
     flips: Sequence[Flip]
     families: FamilyFigures
     contested: ContestedFigures | None
+    stronger: StrongerRows | None = field(metadata=OPTIONAL, default=None)
 
 
 @dataclass(frozen=True)
@@ -161,5 +164,6 @@ def chapter_figures(
             scenes.scenes.labelled,
             lambda done, _: on_progress(len(conditions) + scenarios + done, slow),
         ),
+        stronger=stronger_rows(run, run.configuration, outcomes.labels),
     )
     return ChapterFigures(len(outcomes.scenarios), left_out, planners, of_attacks)

@@ -87,11 +87,13 @@ class Outcomes:
         results: The results of the run.
         labels: The labels of each scenario, DontCare regions among them.
         detectors: The detectors whose conditions count, in this order.
+        attacks: The attacks whose conditions count, in this order.
     """
 
     results: Results
     labels: Mapping[str, Boxes3D]
     detectors: tuple[str, ...] = DETECTORS
+    attacks: tuple[str, ...] = ATTACKS
     _detections: dict[tuple[str, float], list[Boxes3D]] = field(
         default_factory=dict, init=False, repr=False
     )
@@ -206,19 +208,19 @@ class Outcomes:
             detector, _, attack = name.partition(" ")
             whole = attack.endswith(WHOLE_LEVELS)
             attack = attack.removesuffix(WHOLE_LEVELS).strip()
-            if detector in self.detectors and attack in ATTACKS:
+            if detector in self.detectors and attack in self.attacks:
                 records = self.results.records(setting=name, strength=strength)
                 found[Condition(detector, attack, strength, whole)] = records
         return {condition: found[condition] for condition in sorted(found, key=self._place)}
 
     @cached_property
     def _done(self) -> dict[Condition, set[str]]:
-        """The scenarios of every condition that has episodes."""
-        return {
-            condition: {record.scenario for record in records}
+        """The labelled scenarios of every condition that has episodes there."""
+        done = {
+            condition: {record.scenario for record in records} & set(self.labels)
             for condition, records in self._all_records.items()
-            if records
         }
+        return {condition: scenarios for condition, scenarios in done.items() if scenarios}
 
     @cached_property
     def _kept(self) -> frozenset[str]:
@@ -228,7 +230,7 @@ class Outcomes:
         return (
             self.detectors.index(condition.detector),
             condition.whole_levels,
-            ATTACKS.index(condition.attack),
+            self.attacks.index(condition.attack),
             condition.strength,
         )
 

@@ -218,3 +218,18 @@ def test_a_mistyped_motion_is_refused_before_the_work(configuration: Configurati
     slip = replace(configuration, options={**configuration.options, "motion": "clasifier"})
     with pytest.raises(ConfigurationError, match="no motion 'clasifier'"):
         attacked_inputs(slip)
+
+
+@pytest.mark.slow
+def test_a_stronger_attack_is_filed_by_its_steps(configuration: Configuration) -> None:
+    options = {**configuration.options, "steps": [1, 2], "eot_copies": 2}
+    work = AttackedEpisodes(replace(configuration, options=options))
+    result = work("stereo_rcnn", "eot_pgd-4", ID)
+    assert [(row.setting, row.strength) for row in result.detections] == [
+        ("stereo_rcnn eot_pgd-4", 1), ("stereo_rcnn eot_pgd-4", 2)
+    ]  # fmt: skip
+    assert len(result.episodes) == 2 * len(Intention)
+    changes = {row.strength: row.value for row in result.measurements if row.name == "change"}
+    assert changes == {1: pytest.approx(1.0, abs=1e-4), 2: pytest.approx(2.0, abs=1e-4)}
+    again = work.again("stereo_rcnn", "eot_pgd-4", ID, Intention.LEFT, 2)
+    assert again.episode.record == result.episodes[3].record

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,6 +11,7 @@ from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter5 import attacked_episodes, patch_spreads, true_episodes
+from avsec_gym.experiments.chapter5.stronger_attacks import STRONGER_NAMES
 from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
 from avsec_gym.runs.experiment import Cell, Configuration, with_defaults
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -27,7 +29,7 @@ def two_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "scenes_of", lambda configuration: frames)
 
 
-def cells(name: str, **options: str) -> list[Cell]:
+def cells(name: str, **options: Any) -> list[Cell]:
     asked = experiment(name)
     return list(asked.cells(with_defaults(Configuration(options=options), [asked])))
 
@@ -40,10 +42,40 @@ def test_the_chapter_holds_what_its_parts_ask_for(tmp_path: Path) -> None:
     folder = str(tmp_path)
     whole = set(cells("chapter5", patches=folder))
     parts = {"demo"} | {name for name, place in EXPERIMENTS.items() if ".chapter5." in place}
-    for name in parts - {"without_pyramid"}:
+    for name in parts - {"without_pyramid", "stronger_perturbations"}:
         assert set(cells(name, patches=folder)) <= whole, name
     texture, ghosts = set(cells("texture")), set(cells("ghost_positions"))
     assert texture < ghosts
+
+
+def test_stronger_attacks_are_done_where_they_are_asked_for(tmp_path: Path) -> None:
+    folder = str(tmp_path)
+    usual = set(cells("chapter5", patches=folder))
+    every = cells("stronger_perturbations", drawn_scenes=1)
+    assert {cell.group for cell in every} == {"000000"}  # The one that is drawn.
+    attacks = [cell.arguments["attack"] for cell in every]
+    assert set(attacks) == {"unattacked", *STRONGER_NAMES}
+    assert len(attacks) == 2 * len(set(attacks))  # For each detector.
+    named = {"stronger": "bounded_class_pgd-4, class_pgd-1", "drawn_scenes": 1}
+    two = set(cells("stronger_perturbations", **named))
+    assert {cell.arguments["attack"] for cell in two} == {
+        "unattacked", "class_pgd-1", "bounded_class_pgd-4"
+    }  # fmt: skip
+    more = set(cells("chapter5", patches=folder, **named))
+    assert more == usual | two > usual
+    # A larger draw holds a smaller one: a run's results stay good.
+    assert set(every) < set(cells("stronger_perturbations", drawn_scenes=2))
+
+
+def test_slips_in_the_options_of_stronger_attacks_are_reported_before_the_work() -> None:
+    for wrong, words in (
+        ({"stronger": "bounded"}, "no stronger 'bounded'"),
+        ({"drawn_scenes": 0}, "drawn_scenes takes"),
+        ({"steps": []}, "steps takes one"),
+        ({"steps": [4, 0]}, "steps takes a whole number"),
+    ):
+        with pytest.raises(ConfigurationError, match=words):
+            cells("stronger_perturbations", **wrong)
 
 
 def test_dsgn_without_its_pyramid_needs_weights_and_takes_patches_that_both_have(

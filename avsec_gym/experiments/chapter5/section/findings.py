@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter5.section.sections import (
     style_and_script,
 )
 from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS, WITHOUT_PYRAMID
+from avsec_gym.experiments.chapter5.stronger_attacks import STRONGER_NAMES
 from avsec_gym.experiments.chapter5.true_episodes import GROUND_TRUTH
 from avsec_gym.experiments.json_rows import as_json, row_json
 from avsec_gym.runs.run_folder import RunFolder
@@ -56,7 +57,7 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
             "spread": as_json(spread),
         },
         settings,
-        {attack: attack_name(attack) for attack in ATTACKS},
+        {attack: attack_name(attack) for attack in ATTACKS + STRONGER_NAMES},
         answer=answer_of(worded, attacks.decoupling) if worded and attacks else None,
         question=QUESTION if worded and worded.kind != "nothing" else "",
         extent=f"{figures.scenarios:,} scenarios" if figures and figures.scenarios else "",
@@ -81,7 +82,7 @@ def _of_chapter_5(setting: str) -> bool:
     detector, _, attack = setting.partition(" ")
     if setting == GROUND_TRUTH:
         return True
-    known = attack.partition(" ")[0].startswith(ATTACKS)
+    known = attack.partition(" ")[0].startswith(ATTACKS + STRONGER_NAMES)
     return known and detector in (*DETECTORS, WITHOUT_PYRAMID)
 
 

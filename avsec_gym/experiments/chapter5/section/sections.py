@@ -30,6 +30,7 @@ from avsec_gym.experiments.chapter5.section.answer_in_words import WordedAnswer
 from avsec_gym.experiments.chapter5.section.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend
 from avsec_gym.experiments.chapter5.section.plots_steps import RATES, draw_precision, draw_safety
+from avsec_gym.experiments.chapter5.section.stronger_section import stronger_section
 from avsec_gym.experiments.chapter5.section.tables_beyond import (
     control_table,
     flip_table,
@@ -140,6 +141,7 @@ def sections_of(figures: ChapterFigures) -> list[Section]:
         _safety_section(
             found.safety, [table for table in of_thesis if not _is_of_precision(table)]
         ),
+        *([stronger_section(found.stronger)] if found.stronger else []),
         _ghost_section(found),
         Section(
             "controls",

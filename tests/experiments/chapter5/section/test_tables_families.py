@@ -92,7 +92,6 @@ def test_rates_of_contested_episodes() -> None:
     def rates(*outcomes: str) -> SafetyRates:
         return SafetyRates.of(
             [SafetyRecord(str(n), "left", o, 1.5, 1, 9.0, 1.5) for n, o in enumerate(outcomes)],
-            clustered=True,
         )
 
     rows = [
