@@ -8,9 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.benchmark.adaptive_rows import AdaptiveRow, detector_rows, validator_rows
 from avsec_gym.benchmark.connected_instants import (
     BENCHMARK_INSTANTS,
     InstantsRow,
+    instants_adaptive_rows,
     instants_rows,
 )
 from avsec_gym.benchmark.connected_scenes import CONNECTED, frozen_instants
@@ -27,7 +29,7 @@ from avsec_gym.benchmark.protocol import (
     settings_of,
 )
 from avsec_gym.benchmark.query_rows import query_rows
-from avsec_gym.benchmark.scene_sets import frozen_sets
+from avsec_gym.benchmark.scene_sets import CONTESTED, frozen_sets
 from avsec_gym.errors import DataError
 from avsec_gym.registry import Kind, check
 from avsec_gym.runs.experiment import Configuration, Experiment
@@ -35,7 +37,7 @@ from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.world.export import world_fingerprint
 
-Row = EntryRow | DrivesRow | InstantsRow
+Row = EntryRow | DrivesRow | InstantsRow | AdaptiveRow
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,10 @@ def _queries(kind: Entered, part: Any, quick: bool) -> list[EntrySet]:
 def _query_rows(
     run: RunFolder, *, kind: Entered, part: Any, name: str, quick: bool
 ) -> Sequence[EntryRow]:
-    return [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
+    rows: list[Row] = [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
+    if name == CONTESTED:
+        rows += detector_rows(run) if kind == Entered.DETECTOR else validator_rows(run)
+    return rows
 
 
 def _closed_loop(kind: Entered, part: Any, quick: bool, models: Sequence[str]) -> EntrySet:
@@ -152,7 +157,7 @@ def _connected(part: Any, quick: bool) -> EntrySet:
         Configuration(CONNECTED, options=options),
         len(frozen.numbers(quick=quick)),
         frozen.digest,
-        instants_rows,
+        lambda run: [*instants_rows(run), *instants_adaptive_rows(run)],
     )
 
 

@@ -51,7 +51,8 @@ def few(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "frozen_drives", lambda: drives)
     for module in (protocol, loop_protocol):
         monkeypatch.setattr(module, "DETECTORS", ("oracle", "stereo_clusters"))
-    monkeypatch.setattr(protocol, "PERTURBATION", {"name": "random_noise", "strength": 8.0})
+    for name in ("PERTURBATION", "STRONGER"):
+        monkeypatch.setattr(protocol, name, {"name": "random_noise", "strength": 8.0})
     monkeypatch.setattr(protocol, "OPTICAL", {"shift": ("oracle", {"name": "shifted_image"})})
 
 
