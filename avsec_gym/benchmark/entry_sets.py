@@ -18,6 +18,8 @@ from avsec_gym.benchmark.connected_instants import (
 from avsec_gym.benchmark.connected_scenes import CONNECTED, frozen_instants
 from avsec_gym.benchmark.entry import EntryRow
 from avsec_gym.benchmark.episodes import BENCHMARK
+from avsec_gym.benchmark.kitti_results import BENCHMARK_KITTI, check_kitti, kitti_rows
+from avsec_gym.benchmark.kitti_scenes import KITTI, frozen_labels
 from avsec_gym.benchmark.loop_drives import BENCHMARK_DRIVES, DrivesRow, drives_rows
 from avsec_gym.benchmark.loop_protocol import NoErrorModel, loop_settings
 from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, frozen_drives
@@ -26,17 +28,22 @@ from avsec_gym.benchmark.protocol import (
     Setting,
     is_connected,
     is_replayed,
+    results_of,
     settings_of,
 )
 from avsec_gym.benchmark.query_rows import query_rows
 from avsec_gym.benchmark.scene_sets import CONTESTED, frozen_sets
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, check
 from avsec_gym.runs.experiment import Configuration, Experiment
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.world.export import world_fingerprint
 
+_OF_KITTI = (
+    "these are results on KITTI's own frames: enter those on the frames of `avsec benchmark frames`"
+    " beside it, without --labels"
+)
 Row = EntryRow | DrivesRow | InstantsRow | AdaptiveRow
 
 
@@ -78,7 +85,12 @@ class EntrySets:
 
 
 def entry_sets(
-    kind: Entered, part: Any, *, quick: bool = False, error_models: Sequence[str] = ()
+    kind: Entered,
+    part: Any,
+    *,
+    quick: bool = False,
+    error_models: Sequence[str] = (),
+    labels: Path | None = None,
 ) -> EntrySets:
     """The sets of an entry; slips in what was entered are reported before anything is made.
 
@@ -87,11 +99,21 @@ def entry_sets(
         part: The part, as of `avsec_gym.benchmark.protocol.settings_of`.
         quick: Whether a few scenes only are driven.
         error_models: Error models, as of `avsec_gym.benchmark.loop_protocol.loop_settings`.
+        labels: Folder of the labelled KITTI scenarios, which results of a detector are of; None:
+            they are of the benchmark's own frames.
 
     Raises:
-        ConfigurationError: There is no such part, or this release makes other scenes.
-        DataError: Results are missing.
+        ConfigurationError: There is no such part, this release makes other scenes, or what is not
+            known by its results is entered with labels.
+        DataError: Results are missing, or the labels are not the frozen ones.
     """
+    if labels is not None:
+        if kind != Entered.DETECTOR or not is_replayed(part) or quick or error_models:
+            raise ConfigurationError(
+                "--labels: a detector's folder of KITTI result files is entered with labels, whole,"
+                " and without error models"
+            )
+        return _kitti(results_of(part), labels)
     if is_connected(kind, part):
         return EntrySets([_connected(part, quick)])
     driven, skipped = _queries(kind, part, quick), {}
@@ -102,6 +124,21 @@ def entry_sets(
     except NoErrorModel as reason:
         skipped[CLOSED_LOOP] = str(reason)
     return EntrySets(driven, skipped)
+
+
+def _kitti(results: Path, labels: Path) -> EntrySets:
+    """The labelled KITTI scenarios, and nothing else: results are of their frames."""
+    check_kitti(labels, results)
+    frozen = frozen_labels()
+    options = {"labels": str(labels.resolve()), "detections": str(results)}
+    one_set = EntrySet(
+        BENCHMARK_KITTI,
+        Configuration(KITTI, options=options),
+        len(frozen.scenes(labels)),
+        frozen.digest,
+        partial(kitti_rows, labels=labels),
+    )
+    return EntrySets([one_set], dict.fromkeys((*frozen_sets(), CLOSED_LOOP), _OF_KITTI))
 
 
 def _queries(kind: Entered, part: Any, quick: bool) -> list[EntrySet]:

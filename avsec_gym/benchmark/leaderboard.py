@@ -15,6 +15,7 @@ from avsec_gym.benchmark.leaderboard_cells import (
 )
 from avsec_gym.benchmark.leaderboard_connected import connected_table
 from avsec_gym.benchmark.leaderboard_drives import closed_loop_table
+from avsec_gym.benchmark.leaderboard_kitti import has_kitti, kitti_table
 from avsec_gym.benchmark.protocol import (
     ADAPTIVE,
     DETECTORS,
@@ -57,14 +58,21 @@ def board(entries: Iterable[Entry]) -> list[Section]:
         if own := by_kind.get(kind):
             title = f"{str(kind).capitalize()}s"
             tables = []
-            if queried := [entry for entry in own if entry.rows]:
+            if queried := [entry for entry in own if _is_queried(entry)]:
                 tables.append(make(queried))
+            if real := [entry for entry in own if has_kitti(entry)]:
+                tables.append(kitti_table(real))
             if driven := [entry for entry in own if entry.drives]:
                 tables.append(closed_loop_table(kind, driven))
             if connected := [entry for entry in own if entry.instants]:
                 tables.append(connected_table(connected))
             sections.append(Section(f"{kind}s", title, parts=tables))
     return sections
+
+
+def _is_queried(entry: Entry) -> bool:
+    """Whether it was driven in single queries of the benchmark's own scenes."""
+    return any(row.scenes in (ALL, CONTESTED) for row in entry.rows)
 
 
 def left_out(entry: Entry) -> str:

@@ -47,6 +47,7 @@ def entered(
     name: str | None = None,
     quick: bool = False,
     error_models: Sequence[str] = (),
+    labels: Path | None = None,
     workers: int | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Entry:
@@ -61,6 +62,8 @@ def entered(
         error_models: What stands for a detector in closed loop, or for an attack on one: files of
             `avsec error-model fit`, or names of shipped ones.  None: the shipped ones, if there are
             any.
+        labels: Folder of the labelled KITTI scenarios, where the part is a folder of results on
+            KITTI's own frames; nothing of it is copied.
         workers: Processes, as of `run_experiments`; each has one thread, since the last digits of
             gradients depend on it.
         on_progress: Called with the number of scenes that are done and that of all.
@@ -69,7 +72,7 @@ def entered(
         ConfigurationError: There is no such part, or this release makes other scenes.
         DataError: The folder holds something else, or results are missing.
     """
-    sets = entry_sets(kind, part, quick=quick, error_models=error_models)
+    sets = entry_sets(kind, part, quick=quick, error_models=error_models, labels=labels)
     kinds: tuple[type[Row], ...] = (EntryRow, DrivesRow, InstantsRow, AdaptiveRow)
     found: dict[type[Row], list[Any]] = {each: [] for each in kinds}
     scenes, failed, before, masked = [], 0, 0, False
@@ -110,8 +113,8 @@ def entered(
         instants=found[InstantsRow],
         adaptive=found[AdaptiveRow],
         skipped=sets.skipped,
-        world=world_fingerprint() if kind.sees else "",
-        weights=_weights(kind, part),
+        world=world_fingerprint() if kind.sees and labels is None else "",
+        weights=_weights(kind, part) if labels is None else {},
         budget=_budget(kind, part),
         made_by={"avsec_gym": __version__, **made, "threads": _THREADS},
         failed=failed,
