@@ -242,7 +242,7 @@ class BenchmarkInstants:
         return CellResult(measurements=measured)
 
     def _quieter(self, best: _Values, attacked: AttackedInstant | None) -> _Values:
-        """The attempt that another vehicle can tell of, but the validator says least about.
+        """The attempt that another vehicle can tell of, but the validator is least sure of.
 
         Where no vehicle has rays enough no validator can tell: such attempts prove nothing.
         """

@@ -26,7 +26,7 @@ _NOTE = (
     f"{_RATE} of the attack-free instants exceed. AUC: area under the ROC curve of the same. "
     "Victim, another, cannot tell: what is named, of all attacks. Adaptive: the attacker tries "
     f"{INSTANT_TRIES} attacks of that kind and keeps the one that the validator, which he asks as "
-    "a black box, says least about, among those of which another vehicle can tell; the validator "
+    "a black box, is least sure of, among those of which another vehicle can tell; the validator "
     "is broken where the whole interval of the paired difference of detections is below 0. In "
     "brackets 95 % intervals."
 )

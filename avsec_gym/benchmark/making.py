@@ -181,7 +181,7 @@ def _imitated(attack: Any) -> list[Any]:
     """The detectors whose gradients an attack takes in place of the victim's."""
     if not isinstance(attack, Mapping):
         return []
-    inner = [each for one in attack.get("attacks", ()) for each in _imitated(one)]
+    inner = [each for own in attack.get("attacks", ()) for each in _imitated(own)]
     return [*([attack["of"]] if "of" in attack else []), *inner]
 
 
