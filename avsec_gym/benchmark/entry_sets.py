@@ -159,7 +159,7 @@ def _queries(kind: Entered, part: Any, quick: bool) -> list[EntrySet]:
 
 def _query_rows(
     run: RunFolder, *, kind: Entered, part: Any, name: str, quick: bool
-) -> Sequence[EntryRow]:
+) -> Sequence[Row]:
     rows: list[Row] = [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
     if name == CONTESTED:
         rows += detector_rows(run) if kind == Entered.DETECTOR else validator_rows(run)

@@ -71,14 +71,14 @@ def test_an_adaptive_attacker_of_validators_has_no_more_light_than_the_listed_on
         assert (under.parts, under.against) == (listed.parts, listed.name)
         assert under.attempts == QUIETER[case]
         assert not listed.attempts
-    listed_light, light = Facula(), [make(Kind.OPTICAL_ATTACK, one) for one in QUIETER["facula"]]
+    listed_light, light = Facula(), [make(Kind.OPTICAL_ATTACK, part) for part in QUIETER["facula"]]
     for each in light:
         assert each.camera == listed_light.camera
         assert each.radius < min(listed_light.radius)
         assert each.strength <= listed_light.strength
     assert len({(each.centre, each.radius, each.strength) for each in light}) == 20
     plane = LidarSpoofing()
-    planes = [make(Kind.OPTICAL_ATTACK, one) for one in QUIETER["lidar_spoofing"]]
+    planes = [make(Kind.OPTICAL_ATTACK, part) for part in QUIETER["lidar_spoofing"]]
     assert len({(each.distance, each.width, each.rays_lost) for each in planes}) == 12
     for each in planes:
         assert each.width <= plane.width
