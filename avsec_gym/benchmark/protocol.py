@@ -38,8 +38,8 @@ DETECTORS = ("dsgn", "stereo_rcnn")
 """Those of the package that attacks are tried on, and whose gradients a stranger's attack takes."""
 PERTURBATION = {"name": "projected_pgd", "epsilon": 4.0, "steps": 7}
 STRONGER = {**PERTURBATION, "steps": 12}
-"""Of the same budget; the adaptive attack on a detector tries several, and keeps the worst.  With
-more steps an entry would take longer than an hour on two cores."""
+"""The same with more steps; the adaptive attack on a detector tries several, and keeps the worst.
+More than these would take longer than an hour on two cores."""
 UNATTACKED, WHITE_BOX, TRANSFERRED, PATCH = "unattacked", "white_box", "transferred", "patch"
 ADAPTIVE = "adaptive"
 """A detector's setting, and what those of a validator end with before `VALIDATED`."""
