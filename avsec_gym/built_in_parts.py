@@ -107,6 +107,7 @@ BUILT_IN = {
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
     (Kind.ATTACK, "art"): ("avsec_gym.attacks.toolbox_attack:ToolboxAttack", {}),
     (Kind.ATTACK, "transferred"): ("avsec_gym.attacks.transferred:TransferredAttack", {}),
+    (Kind.ATTACK, "strongest"): ("avsec_gym.attacks.strongest:StrongestAttack", {}),
     (Kind.VALIDATOR, "thresholds"): (
         "avsec_gym.validation.threshold_validator:ThresholdValidator",
         {},

@@ -37,6 +37,7 @@ USUAL: dict[str, dict[str, Any]] = {
     "detector single_image": {"detector": "yolo"},
     "attack patch": {"patch": "grey"},
     "attack transferred": {"attack": "fgsm", "of": "oracle"},
+    "attack strongest": {"attacks": ["fgsm", "random_noise"]},
     "validator thresholds": {"thresholds": shipped_file("thresholds", KITTI_SYSTEM)},
     "validator likelihood": {"model": shipped_file("likelihood", KITTI_SYSTEM)},
     "optical_attack pasted_scan": {"scan": SCAN},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import json
 import re
 import shlex
 import subprocess
@@ -194,6 +195,28 @@ def test_the_check_of_links_finds_what_is_broken(
     assert broken_links(tmp_path) == [
         "b.html: c.html: no such file", "b.html: missing.png: no such file",
     ]  # fmt: skip
+
+
+def test_the_board_is_a_page_with_every_entry(site: Callable[[str], Any], tmp_path: Path) -> None:
+    [page] = site("entry_board").write_pages(tmp_path)
+    text = page.read_text()
+    assert "leaderboard" in site("contents").CONTENTS["Results"]
+    entries = sorted((ROOT / "leaderboard").glob("*/entry.json"))
+    assert entries
+    for path in entries:
+        found = json.loads(path.read_text())
+        assert f"## {found['kind'].capitalize()}s" in text
+        assert re.search(rf"<td[^>]*>{re.escape(found['name'])}</td>", text)
+        assert f"leaderboard/{path.parent.name}/entry.json)" in text
+    # Tables are sorted and filtered by the script of a report's page.
+    assert text.count('class="sheet sortable') == text.count("</table>") > 1
+    assert '.querySelectorAll(".sortable")' in text
+    # One that is not fit for the leaderboard is on no page.
+    copied = tmp_path / "entries" / "quick" / "entry.json"
+    copied.parent.mkdir(parents=True)
+    copied.write_text(json.dumps({**found, "quick": True}))
+    with pytest.raises(SystemExit, match="quick entry"):
+        site("entry_board").write_pages(tmp_path, tmp_path / "entries")
 
 
 @pytest.mark.slow

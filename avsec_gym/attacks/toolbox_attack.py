@@ -65,6 +65,13 @@ class ToolboxAttack:
         """Epsilon."""
         return Budget(self.epsilon)
 
+    @property
+    def needs_gradient(self) -> bool:
+        """Whether the method climbs the gradient of the victim's loss."""
+        from art.estimators import LossGradientsMixin
+
+        return LossGradientsMixin in self._kind()._estimator_requirements
+
     def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
         """The frame that ART makes; see `Attack.attack`.
 

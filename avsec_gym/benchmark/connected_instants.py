@@ -10,8 +10,10 @@ from typing import Any, get_args
 
 import numpy as np
 
+from avsec_gym.benchmark.adaptive_rows import AdaptiveRow, detection_row
 from avsec_gym.benchmark.connected_scenes import CONNECTED, frozen_instants
-from avsec_gym.benchmark.protocol import UNATTACKED, places_in
+from avsec_gym.benchmark.protocol import ADAPTIVE, UNATTACKED, places_in
+from avsec_gym.benchmark.quiet_attacks import INSTANT_TRIES
 from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.estimate import Estimate
@@ -49,7 +51,8 @@ class InstantsRow:
     """A state of the instants; each place is one instant, and a cluster of the intervals.
 
     Args:
-        setting: ``unattacked``, or the attack: ``ghost`` or ``removal``.
+        setting: ``unattacked``, the attack, ``ghost`` or ``removal``, or ``ghost adaptive`` and
+            ``removal adaptive`` where the attacker knows the validator.
         instants: Number of instants; of an attack those that offer it something.
         alarms: Instants at which it alarms, wherever.
         honest_named: Instants at which it names a vehicle that is not attacked.
@@ -83,10 +86,34 @@ class InstantsRow:
 def instants_rows(run: Results) -> list[InstantsRow]:
     """The rows of a run of `BENCHMARK_INSTANTS`: without an attack, then of each attack."""
     clean = _State.of(run, UNATTACKED)
+    attacks = [*ATTACKS, *map(adaptive_instants, ATTACKS)]
     return [
         InstantsRow(UNATTACKED, len(clean.places), clean.share(_ALARM), clean.share(_ACCUSED)),
-        *(_attacked_row(kind, _State.of(run, kind), clean) for kind in ATTACKS),
+        *(_attacked_row(kind, _State.of(run, kind), clean) for kind in attacks),
     ]
+
+
+def instants_adaptive_rows(run: Results) -> list[AdaptiveRow]:
+    """A row for each attack: adaptive beside listed, where another vehicle can tell of both.
+
+    Args:
+        run: A run of `BENCHMARK_INSTANTS`.
+    """
+    rows = []
+    for kind in ATTACKS:
+        setting = adaptive_instants(kind)
+        listed, under = (_State.of(run, name).decidable for name in (kind, setting))
+        before, after = listed.detected, under.detected
+        both = [place for place in after if place in before]
+        changed = [float(after[place]) - float(before[place]) for place in both]
+        detected = share_of([*after.values()], [*after])
+        rows.append(detection_row(setting, kind, changed, both, detected))
+    return rows
+
+
+def adaptive_instants(kind: AttackKind) -> str:
+    """The name of the setting in which the attacker knows the validator."""
+    return f"{kind} {ADAPTIVE}"
 
 
 @dataclass(frozen=True)
@@ -120,6 +147,12 @@ class _State:
         values = {name: [own[i] for i in kept] for name, own in self.values.items()}
         return _State([self.places[i] for i in kept], values)
 
+    @property
+    def detected(self) -> dict[str, bool]:
+        """Whether there is an alarm about the attack, by place."""
+        answers = zip(self.places, self.values[_ANSWER], strict=True)
+        return {place: answer != Naming.NO_ALARM for place, answer in answers}
+
     def share(self, name: str) -> Share:
         return share_of([value > 0 for value in self.values[name]], self.places)
 
@@ -127,7 +160,7 @@ class _State:
         return share_of([value in answers for value in self.values[_ANSWER]], self.places)
 
 
-def _attacked_row(kind: AttackKind, state: _State, clean: _State) -> InstantsRow:
+def _attacked_row(kind: str, state: _State, clean: _State) -> InstantsRow:
     decidable, alarmed = state.decidable, [each for each in Naming if each != Naming.NO_ALARM]
     scores, of_clean = decidable.scores, clean.scores
     area = roc_area(scores, of_clean)
@@ -193,37 +226,78 @@ class BenchmarkInstants:
             ConfigurationError: This release makes another place.
         """
         instant = self._frozen.instant(number)
-        measured = self._measured(UNATTACKED, instant, None)
+        measured = _measured(UNATTACKED, instant.id, self._values(instant, None))
         for index, (kind, attack) in enumerate(self._attacks.items()):
-            attacked = attack.attack(instant, (self._frozen.seed, number, index))
-            if attacked is None:
-                measured.append(Measurement(kind, instant.id, _ATTACKED, 0.0))
-            else:
-                measured += self._measured(kind, attacked.instant, attacked)
+            seed = (self._frozen.seed, number, index)
+            listed = attack.attack(instant, seed)
+            if listed is None:
+                every = (kind, adaptive_instants(kind))
+                measured += [Measurement(each, instant.id, _ATTACKED, 0.0) for each in every]
+                continue
+            found = self._values(listed.instant, listed)
+            measured += _measured(kind, instant.id, found)
+            for attempt in range(1, INSTANT_TRIES):
+                found = self._quieter(found, attack.attack(instant, (*seed, attempt)))
+            measured += _measured(adaptive_instants(kind), instant.id, found)
         return CellResult(measurements=measured)
 
-    def _measured(
-        self, setting: str, instant: RecordedInstant, attacked: AttackedInstant | None
-    ) -> list[Measurement]:
-        """What is kept of an instant in one state."""
+    def _quieter(self, best: _Values, attacked: AttackedInstant | None) -> _Values:
+        """The attempt that another vehicle can tell of, but the validator is least sure of.
+
+        Where no vehicle has rays enough no validator can tell: such attempts prove nothing.
+        """
+        if attacked is None or not self._is_decidable(attacked):
+            return best
+        found = self._values(attacked.instant, attacked, decidable=True)
+        return found if not best[_DECIDABLE] or _loudness(found) < _loudness(best) else best
+
+    def _values(
+        self,
+        instant: RecordedInstant,
+        attacked: AttackedInstant | None,
+        *,
+        decidable: bool | None = None,
+    ) -> _Values:
+        """What is kept of an instant in one state.
+
+        Args:
+            instant: The instant, attacked or not.
+            attacked: The attack on it; None: there is none.
+            decidable: Whether another vehicle can tell of the attack; None: it is asked.
+        """
         judged = self._validator.validate(instant.scans, id=instant.id)
         named, victim = judged.named, -1 if attacked is None else attacked.victim
         about = np.ones(len(named), bool) if attacked is None else attacked.regions(judged.regions)
         score = float(judged.score[about].max(initial=-np.inf))
-        values = {
+        if decidable is None:
+            decidable = attacked is not None and self._is_decidable(attacked)
+        return {
             _ATTACKED: 1.0,
             _ALARM: float((named != NO_ATTACK).any()),
             _ACCUSED: float(((named >= 0) & (named != victim)).any()),
             _SCORE: score if np.isfinite(score) else float("nan"),
-            _DECIDABLE: float(attacked is not None and self._is_decidable(attacked)),
+            _DECIDABLE: float(decidable),
             _ANSWER: float(_answer(judged, about, victim)),
         }
-        return [Measurement(setting, instant.id, *each) for each in values.items()]
 
     def _is_decidable(self, attacked: AttackedInstant) -> bool:
         instant = attacked.instant
         result = self._rays.validate(instant.scans, id=instant.id)
         return bool((attacked.regions(result.regions) & result.decidable).any())
+
+
+_Values = dict[str, float]
+"""What is kept of an instant in one state, by name."""
+
+
+def _measured(setting: str, id: str, values: _Values) -> list[Measurement]:
+    return [Measurement(setting, id, *each) for each in values.items()]
+
+
+def _loudness(values: _Values) -> tuple[bool, float]:
+    """Whether the validator alarms about an attack, and then its score."""
+    score = values[_SCORE]
+    return values[_ANSWER] != Naming.NO_ALARM, -np.inf if np.isnan(score) else score
 
 
 def _answer(judged: JudgedRegions, about: Any, victim: int) -> Naming:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.benchmark.adaptive_rows import AdaptiveRow
 from avsec_gym.benchmark.connected_instants import InstantsRow
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import Entered
@@ -99,7 +100,9 @@ class Entry:
         part: The part, by name or with its arguments; of results a fingerprint in place of their
             folder.
         quick: Whether only a few scenes were driven: no row of a leaderboard.
-        white_box: Whether an attack took the detector's own gradients.
+        white_box: Whether an attack took the detector's own gradients; of an attack, whether it
+            takes those of the detector that it meets.  None: of other parts, and of an attack that
+            is not known here.
         masked: Whether attacks that do not know a detector left fewer contested episodes safe
             than the one by its own gradients, the whole interval of a difference below 0: then its
             gradients lead nowhere, and what seems robust under them is not.
@@ -107,6 +110,7 @@ class Entry:
         rows: The results of single queries.
         drives: The results in closed loop.
         instants: The results of a validator of several vehicles.
+        adaptive: What adaptive attacks do beyond the listed ones, to what defends.
         skipped: Sets that it was not driven in, by name, each with a sentence why.
         world: Fingerprint of the procedural world that rendered the scenes; empty without images.
         weights: SHA-256 of the weights of all networks that took part, by detector.
@@ -131,8 +135,14 @@ class Entry:
     made_by: Mapping[str, Any]
     drives: Sequence[DrivesRow] = ()
     instants: Sequence[InstantsRow] = ()
+    adaptive: Sequence[AdaptiveRow] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     failed: int = 0
+
+    @property
+    def broken(self) -> bool | None:
+        """Whether an adaptive attack breaks it; None: none was tried."""
+        return any(row.breaks for row in self.adaptive) if self.adaptive else None
 
     def row(self, scenes: str, setting: str) -> EntryRow | None:
         """The row of a setting on a set of scenes."""

@@ -8,14 +8,18 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.benchmark.adaptive_rows import AdaptiveRow, detector_rows, validator_rows
 from avsec_gym.benchmark.connected_instants import (
     BENCHMARK_INSTANTS,
     InstantsRow,
+    instants_adaptive_rows,
     instants_rows,
 )
 from avsec_gym.benchmark.connected_scenes import CONNECTED, frozen_instants
 from avsec_gym.benchmark.entry import EntryRow
 from avsec_gym.benchmark.episodes import BENCHMARK
+from avsec_gym.benchmark.kitti_results import BENCHMARK_KITTI, check_kitti, kitti_rows
+from avsec_gym.benchmark.kitti_scenes import KITTI, frozen_labels
 from avsec_gym.benchmark.loop_drives import BENCHMARK_DRIVES, DrivesRow, drives_rows
 from avsec_gym.benchmark.loop_protocol import NoErrorModel, loop_settings
 from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, frozen_drives
@@ -24,18 +28,23 @@ from avsec_gym.benchmark.protocol import (
     Setting,
     is_connected,
     is_replayed,
+    results_of,
     settings_of,
 )
 from avsec_gym.benchmark.query_rows import query_rows
-from avsec_gym.benchmark.scene_sets import frozen_sets
-from avsec_gym.errors import DataError
+from avsec_gym.benchmark.scene_sets import CONTESTED, frozen_sets
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, check
 from avsec_gym.runs.experiment import Configuration, Experiment
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.world.export import world_fingerprint
 
-Row = EntryRow | DrivesRow | InstantsRow
+_OF_KITTI = (
+    "these are results on KITTI's own frames: enter those on the frames of `avsec benchmark frames`"
+    " beside it, without --labels"
+)
+Row = EntryRow | DrivesRow | InstantsRow | AdaptiveRow
 
 
 @dataclass(frozen=True)
@@ -76,7 +85,12 @@ class EntrySets:
 
 
 def entry_sets(
-    kind: Entered, part: Any, *, quick: bool = False, error_models: Sequence[str] = ()
+    kind: Entered,
+    part: Any,
+    *,
+    quick: bool = False,
+    error_models: Sequence[str] = (),
+    labels: Path | None = None,
 ) -> EntrySets:
     """The sets of an entry; slips in what was entered are reported before anything is made.
 
@@ -85,11 +99,21 @@ def entry_sets(
         part: The part, as of `avsec_gym.benchmark.protocol.settings_of`.
         quick: Whether a few scenes only are driven.
         error_models: Error models, as of `avsec_gym.benchmark.loop_protocol.loop_settings`.
+        labels: Folder of the labelled KITTI scenarios, which results of a detector are of; None:
+            they are of the benchmark's own frames.
 
     Raises:
-        ConfigurationError: There is no such part, or this release makes other scenes.
-        DataError: Results are missing.
+        ConfigurationError: There is no such part, this release makes other scenes, or what is not
+            known by its results is entered with labels.
+        DataError: Results are missing, or the labels are not the frozen ones.
     """
+    if labels is not None:
+        if kind != Entered.DETECTOR or not is_replayed(part) or quick or error_models:
+            raise ConfigurationError(
+                "--labels: a detector's folder of KITTI result files is entered with labels, whole,"
+                " and without error models"
+            )
+        return _kitti(results_of(part), labels)
     if is_connected(kind, part):
         return EntrySets([_connected(part, quick)])
     driven, skipped = _queries(kind, part, quick), {}
@@ -100,6 +124,21 @@ def entry_sets(
     except NoErrorModel as reason:
         skipped[CLOSED_LOOP] = str(reason)
     return EntrySets(driven, skipped)
+
+
+def _kitti(results: Path, labels: Path) -> EntrySets:
+    """The labelled KITTI scenarios, and nothing else: results are of their frames."""
+    check_kitti(labels, results)
+    frozen = frozen_labels()
+    options = {"labels": str(labels.resolve()), "detections": str(results)}
+    one_set = EntrySet(
+        BENCHMARK_KITTI,
+        Configuration(KITTI, options=options),
+        len(frozen.scenes(labels)),
+        frozen.digest,
+        partial(kitti_rows, labels=labels),
+    )
+    return EntrySets([one_set], dict.fromkeys((*frozen_sets(), CLOSED_LOOP), _OF_KITTI))
 
 
 def _queries(kind: Entered, part: Any, quick: bool) -> list[EntrySet]:
@@ -120,8 +159,11 @@ def _queries(kind: Entered, part: Any, quick: bool) -> list[EntrySet]:
 
 def _query_rows(
     run: RunFolder, *, kind: Entered, part: Any, name: str, quick: bool
-) -> Sequence[EntryRow]:
-    return [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
+) -> Sequence[Row]:
+    rows: list[Row] = [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
+    if name == CONTESTED:
+        rows += detector_rows(run) if kind == Entered.DETECTOR else validator_rows(run)
+    return rows
 
 
 def _closed_loop(kind: Entered, part: Any, quick: bool, models: Sequence[str]) -> EntrySet:
@@ -152,7 +194,7 @@ def _connected(part: Any, quick: bool) -> EntrySet:
         Configuration(CONNECTED, options=options),
         len(frozen.numbers(quick=quick)),
         frozen.digest,
-        instants_rows,
+        lambda run: [*instants_rows(run), *instants_adaptive_rows(run)],
     )
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from avsec_gym.benchmark.protocol import Entered, Setting, places_in, settings_of
 from avsec_gym.benchmark.scene_sets import frozen_sets
+from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.perception import weights
-from avsec_gym.pipeline import Pipeline, run_episode
+from avsec_gym.pipeline import Perception, Pipeline, run_episode
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.experiment import (
     Cell,
@@ -125,14 +127,14 @@ class BenchmarkEpisodes:
         self, setting: Setting, pipeline: Pipeline, scene: Scene, ways: list[Intention]
     ) -> tuple[DetectionRow, list[Measurement], list[EpisodeRow]]:
         """One scene, perceived under one setting, and driven through."""
-        assert isinstance(self._scenes, FrameScenes)
-        frame = pipeline.tampered(
-            scene,
-            self._scenes.frame(scene),
-            seed=(self._seed, scene.number),
-            disparity=self._scenes.disparity(scene),
-        )
-        perception = pipeline.perceive(frame)
+        perception, records = self._driven(pipeline, scene, ways, ())
+        # An attacker who knows the validator goes on until all episodes collide without an alarm.
+        for number, attack in enumerate(setting.attempts, start=1):
+            if _quiet_collisions(perception, records) == len(ways):
+                break
+            other = self._driven(replace(pipeline, attack=attack), scene, ways, (number,))
+            if _quiet_collisions(*other) > _quiet_collisions(perception, records):
+                perception, records = other
         measured = []
         if (validation := perception.validation) is not None:
             attacked = frozenset() if pipeline.attack is None else pipeline.attack.sensors
@@ -141,13 +143,29 @@ class BenchmarkEpisodes:
                 (NAMED, validation.attacked == attacked),
             ):
                 measured.append(Measurement(setting.name, scene.id, name, float(value)))
-        drives = [
-            EpisodeRow(
-                setting.name, pipeline.run_episode(scene, perception, way).record, planner=ENTERED
-            )
-            for way in ways
-        ]
+        drives = [EpisodeRow(setting.name, record, planner=ENTERED) for record in records]
         return DetectionRow(setting.name, scene.id, perception.detections), measured, drives
+
+    def _driven(
+        self, pipeline: Pipeline, scene: Scene, ways: list[Intention], attempt: tuple[int, ...]
+    ) -> tuple[Perception, list[SafetyRecord]]:
+        """What the car believes in a scene, and what becomes of its episodes."""
+        assert isinstance(self._scenes, FrameScenes)
+        frame = pipeline.tampered(
+            scene,
+            self._scenes.frame(scene),
+            seed=(self._seed, scene.number, *attempt),
+            disparity=self._scenes.disparity(scene),
+        )
+        perception = pipeline.perceive(frame)
+        return perception, [pipeline.run_episode(scene, perception, way).record for way in ways]
+
+
+def _quiet_collisions(perception: Perception, records: list[SafetyRecord]) -> int:
+    """Episodes that collide while the validator is silent."""
+    validation = perception.validation
+    silent = validation is None or not validation.alarm
+    return sum(record.collision for record in records) if silent else 0
 
 
 ENTERED = "entered"

@@ -6,26 +6,35 @@ import math
 from collections.abc import Iterable, Sequence
 
 from avsec_gym.benchmark.entry import Entry, EntryRow
-from avsec_gym.benchmark.leaderboard_cells import entry_cell, estimate_cell, share_cell
+from avsec_gym.benchmark.leaderboard_cells import (
+    box_cell,
+    broken_cell,
+    entry_cell,
+    estimate_cell,
+    share_cell,
+)
 from avsec_gym.benchmark.leaderboard_connected import connected_table
 from avsec_gym.benchmark.leaderboard_drives import closed_loop_table
+from avsec_gym.benchmark.leaderboard_kitti import has_kitti, kitti_table
 from avsec_gym.benchmark.protocol import (
+    ADAPTIVE,
     DETECTORS,
     OPTICAL,
     PATCH,
+    STRONGER,
     TRANSFERRED,
     TRUTH,
     UNATTACKED,
     VALIDATED,
     WHITE_BOX,
     Entered,
+    adaptive,
 )
-from avsec_gym.benchmark.scene_sets import VERSION
+from avsec_gym.benchmark.scene_sets import ALL, CONTESTED, VERSION
 from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name
 from avsec_gym.emergency_stop import STOPPED
 from avsec_gym.runs.section import Section
 
-ALL, CONTESTED = "all", "contested"
 _SAFE = "Safe driving rates in percent, on contested scenes; in brackets 95 % intervals."
 
 
@@ -49,14 +58,21 @@ def board(entries: Iterable[Entry]) -> list[Section]:
         if own := by_kind.get(kind):
             title = f"{str(kind).capitalize()}s"
             tables = []
-            if queried := [entry for entry in own if entry.rows]:
+            if queried := [entry for entry in own if _is_queried(entry)]:
                 tables.append(make(queried))
+            if real := [entry for entry in own if has_kitti(entry)]:
+                tables.append(kitti_table(real))
             if driven := [entry for entry in own if entry.drives]:
                 tables.append(closed_loop_table(kind, driven))
             if connected := [entry for entry in own if entry.instants]:
                 tables.append(connected_table(connected))
             sections.append(Section(f"{kind}s", title, parts=tables))
     return sections
+
+
+def _is_queried(entry: Entry) -> bool:
+    """Whether it was driven in single queries of the benchmark's own scenes."""
+    return any(row.scenes in (ALL, CONTESTED) for row in entry.rows)
 
 
 def left_out(entry: Entry) -> str:
@@ -72,18 +88,21 @@ def left_out(entry: Entry) -> str:
 
 def _detectors(entries: Sequence[Entry]) -> Table:
     settings = (UNATTACKED, TRANSFERRED, WHITE_BOX, PATCH)
+    on_contested = (*settings, ADAPTIVE)
     titles = {WHITE_BOX: "own gradients", TRANSFERRED: "other's gradients"}
-    columns = ["detector", "known to the attacker", "hides its gradients"]
+    columns = ["detector", "known to the attacker", "adaptive attack breaks it"]
+    columns += ["hides its gradients"]
     columns += ["safe, worst case"]
-    columns += [f"safe, {titles.get(setting, setting)}" for setting in settings]
+    columns += [f"safe, {titles.get(setting, setting)}" for setting in on_contested]
     columns += [f"AP, {titles.get(setting, setting)}" for setting in settings]
     rows = [
         [
             entry_cell(entry),
-            name("white box" if entry.white_box else "black box"),
+            box_cell(bool(entry.white_box)),
+            broken_cell(entry),
             _masked(entry),
             _safe(_worst(entry)),
-            *(_safe(entry.row(CONTESTED, setting)) for setting in settings),
+            *(_safe(entry.row(CONTESTED, setting)) for setting in on_contested),
             *(_precision(entry.row(ALL, setting)) for setting in settings),
         ]
         for entry in _safest_first(entries, CONTESTED, UNATTACKED)
@@ -93,22 +112,25 @@ def _detectors(entries: Sequence[Entry]) -> Table:
         "points, on all scenes. Attacks: projected gradient descent, 4 grey levels, 7 steps; a "
         "patch that was trained against both of the package's detectors. Hides its gradients: an "
         "attack that does not know the detector leaves fewer episodes safe than the one by its own "
-        "gradients, the whole interval of the paired difference below 0. Worst case: the setting "
-        "with the fewest safe episodes."
+        "gradients, the whole interval of the paired difference below 0. Adaptive: the attacker "
+        f"takes {STRONGER['steps']} steps, begins anew, takes other detectors' gradients, and "
+        "keeps what harms this detector most, on contested scenes; the entry is broken where "
+        "that leaves fewer episodes safe than each attack before it, the whole intervals below "
+        "0. Worst case: the setting with the fewest safe episodes."
     )
     return Table(
         "Detectors, the safest to drive by first",
         columns,
         rows,
         note,
-        names=3,
+        names=4,
         sortable=True,
-        filters=(1, 2),
+        filters=(1, 2, 3),
     )
 
 
 def _attacks(entries: Sequence[Entry]) -> Table:
-    columns = ["attack", "change, grey levels", "pixels"]
+    columns = ["attack", "known to the attacker", "change, grey levels", "pixels"]
     columns += [f"safe under it, {detector}" for detector in DETECTORS]
     columns += [f"change of safe, {detector}" for detector in DETECTORS]
     columns += [f"AP under it, {detector}" for detector in DETECTORS]
@@ -120,6 +142,7 @@ def _attacks(entries: Sequence[Entry]) -> Table:
         rows.append(
             [
                 entry_cell(entry),
+                box_cell(entry.white_box),
                 figure(budget.get("change")),
                 name("all") if budget and budget["area"] is None else figure(budget.get("area")),
                 *map(_safe, found),
@@ -129,25 +152,28 @@ def _attacks(entries: Sequence[Entry]) -> Table:
         )
     note = (
         f"{_SAFE} Changes are against the same drives without the attack, in points. "
-        "Compare attacks of one budget: the most that any channel of a pixel may change."
+        "Compare attacks of one budget: the most that any channel of a pixel may change. White "
+        "box: it takes the gradients of the detector that it meets. An attack defends nothing, so "
+        "there is nothing that an adaptive attack could break."
     )
-    return Table(
-        f"Attacks, the most harmful to {DETECTORS[0]} first", columns, rows, note, sortable=True
-    )
+    title = f"Attacks, the most harmful to {DETECTORS[0]} first"
+    return Table(title, columns, rows, note, names=2, sortable=True, filters=(1,))
 
 
 def _validators(entries: Sequence[Entry]) -> Table:
-    columns = ["validator", "false alarms, %"]
+    columns = ["validator", "adaptive attack breaks it", "false alarms, %"]
     columns += [f"alarms, {case}, %" for case in OPTICAL]
     columns += [f"named, {case}, %" for case in OPTICAL]
     columns += ["needless stops, %"]
     for case in OPTICAL:
         columns += [f"collisions, {case}, %", f"without it, {case}, %"]
+    for case in OPTICAL:
+        columns += [f"alarms, {case}, adaptive, %", f"collisions, {case}, adaptive, %"]
     rows = []
     for entry in sorted(entries, key=_cost):
         clean = entry.row(ALL, UNATTACKED + VALIDATED)
         seen = [entry.row(ALL, case + VALIDATED) for case in OPTICAL]
-        cells = [entry_cell(entry)]
+        cells = [entry_cell(entry), broken_cell(entry)]
         cells += [share_cell(row.alarms if row else None) for row in (clean, *seen)]
         cells += [share_cell(row.named if row else None) for row in seen]
         cells.append(share_cell(clean.stopped if clean else None))
@@ -155,14 +181,22 @@ def _validators(entries: Sequence[Entry]) -> Table:
             for setting in (case + VALIDATED, case):
                 row = entry.row(CONTESTED, setting)
                 cells.append(share_cell(row.collided if row else None))
+        for case in OPTICAL:
+            row = entry.row(CONTESTED, adaptive(case))
+            cells += [
+                share_cell(share) for share in ((row.alarms, row.collided) if row else (None, None))
+            ]
         rows.append(cells)
     note = (
         "Alarms, named sensors and needless stops on all scenes: at an alarm the car stops. "
         "Collisions of all contested drives under each attack, and of the same drives without a "
-        "validator. In brackets 95 % intervals."
+        "validator. Adaptive: the attacker asks car and validator as black boxes, tries light that "
+        "is weaker or smaller, and keeps what makes most contested drives collide without an "
+        "alarm; the validator is broken where the whole interval of the paired difference of "
+        "collisions is above 0. In brackets 95 % intervals."
     )
     title = "Validators, by collisions under attack and needless stops together, the fewest first"
-    return Table(title, columns, rows, note, sortable=True)
+    return Table(title, columns, rows, note, names=2, sortable=True, filters=(1,))
 
 
 def _cost(entry: Entry) -> tuple[float, str]:
@@ -206,7 +240,8 @@ def _planners(entries: Sequence[Entry]) -> Table:
         columns,
         rows,
         "Planners know the truth. Contested scenes are some that A* drives safely. Travel time and "
-        "cost are means over each planner's own drives.",
+        "cost are means over each planner's own drives. No attack knows a planner: what it is "
+        "misled by is a detector's error, in closed loop below.",
         sortable=True,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.benchmark.entry import Entry
-from avsec_gym.drawing.page_table import TableCell, figure, name
+from avsec_gym.drawing.page_table import UNKNOWN, TableCell, figure, name, number
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
 
@@ -29,3 +29,24 @@ def share_cell(share: Share | None) -> TableCell:
     if share is None:
         return figure(None)
     return figure(share.rate, share.interval, scale=100, hint=f"{share.count} of {share.of}")
+
+
+def box_cell(white_box: bool | None) -> TableCell:
+    """What the attacker knows; None: nothing is attacked, or it is unknown."""
+    if white_box is None:
+        return name(UNKNOWN)
+    return name("white box" if white_box else "black box")
+
+
+def broken_cell(entry: Entry) -> TableCell:
+    """Whether an adaptive attack breaks the entry, and by how much it does better."""
+    if entry.broken is None:
+        return name(UNKNOWN, hint="no adaptive attack could be tried")
+    hint = "; ".join(
+        f"{row.setting}: {number(row.difference.value, 100, signed=True) or UNKNOWN} points of"
+        f" {row.measure}, against {row.against}"
+        for row in entry.adaptive
+    )
+    if entry.broken:
+        return TableCell("yes", hint=hint, tone="bad", words=True)
+    return name("no", hint=hint)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from avsec_gym.benchmark.entry import Entry
-from avsec_gym.benchmark.leaderboard_cells import entry_cell, estimate_cell, share_cell
+from avsec_gym.benchmark.leaderboard_cells import box_cell, entry_cell, estimate_cell, share_cell
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.drawing.page_table import Table, TableCell, name
@@ -28,7 +28,8 @@ def closed_loop_table(kind: Entered, entries: Sequence[Entry]) -> Table:
         kind: What the entries are.
         entries: Entries that were driven in closed loop.
     """
-    columns = [str(kind), "car", "at fault, %", "collisions, %", "off the road, %", "goal, %"]
+    columns = [str(kind), "car", "known to the attacker"]
+    columns += ["at fault, %", "collisions, %", "off the road, %", "goal, %"]
     columns += ["progress, %", "score, %", "change of score"]
     rows = [
         _cells(entry, row) for entry in sorted(entries, key=_best_first) for row in entry.drives
@@ -38,9 +39,9 @@ def closed_loop_table(kind: Entered, entries: Sequence[Entry]) -> Table:
         columns,
         rows,
         _NOTE,
-        names=2,
+        names=3,
         sortable=True,
-        filters=(1,),
+        filters=(1,) if kind == Entered.PLANNER else (1, 2),
     )
 
 
@@ -54,6 +55,7 @@ def _cells(entry: Entry, row: DrivesRow) -> list[TableCell]:
     return [
         entry_cell(entry),
         name(row.setting, hint=f"attack {attack}" if attack else ""),
+        box_cell(row.white_box),
         *map(share_cell, (row.at_fault, row.collision, row.off_road, row.goal)),
         estimate_cell(row.progress, scale=100),
         estimate_cell(row.navsim_score, scale=100),

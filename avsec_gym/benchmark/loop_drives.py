@@ -52,6 +52,7 @@ class DrivesRow:
         navsim_difference: Of the mean score.
         attack: What the error model's card names as the attack.
         error_model: SHA-256 of the error model's file; empty: there is none.
+        white_box: Whether the attack takes the gradients of the detector that it meets.
     """
 
     setting: str
@@ -67,6 +68,7 @@ class DrivesRow:
     navsim_difference: Estimate | None = field(default=None, metadata=OPTIONAL)
     attack: Any = ""
     error_model: str = ""
+    white_box: bool | None = field(default=None, metadata=OPTIONAL)
 
 
 def drives_rows(run: Results, settings: Sequence[LoopSetting]) -> list[DrivesRow]:
@@ -96,6 +98,7 @@ def drives_rows(run: Results, settings: Sequence[LoopSetting]) -> list[DrivesRow
                 navsim_difference=own.difference(before, "navsim_score"),
                 attack=setting.attack,
                 error_model="" if setting.model is None else fingerprint(setting.model),
+                white_box=setting.white_box,
             )
         )
     return rows

@@ -15,7 +15,14 @@ from typing import Any
 
 from avsec_gym.argument_checks import shown
 from avsec_gym.benchmark.loop_scenes import frozen_drives
-from avsec_gym.benchmark.protocol import DETECTORS, TRUTH, UNATTACKED, Entered, is_replayed
+from avsec_gym.benchmark.protocol import (
+    DETECTORS,
+    TRUTH,
+    UNATTACKED,
+    Entered,
+    is_replayed,
+    takes_gradients,
+)
 from avsec_gym.closed_loop.error_model.model import read_error_model
 from avsec_gym.closed_loop.error_model.shipped import error_model_file, shipped_error_models
 from avsec_gym.errors import ConfigurationError
@@ -37,6 +44,8 @@ class LoopSetting:
         planner: The planner that replans.
         against: The setting that it is compared with, drive by drive; empty: none.
         attack: What the error model's card names as the attack; empty: none.
+        white_box: Whether that attack takes the gradients of the detector that it meets; None:
+            there is no attack, the entry is a planner, or it is not known.
     """
 
     name: str
@@ -44,6 +53,7 @@ class LoopSetting:
     planner: Any = "astar"
     against: str = ""
     attack: Any = ""
+    white_box: bool | None = None
 
     @property
     def model(self) -> Path | None:
@@ -104,7 +114,8 @@ class _Model:
     def setting(self, name: str, against: str = "") -> LoopSetting:
         """A car with these errors."""
         perception = {"name": "error_model", "model": str(self.path)}
-        return LoopSetting(name, perception, against=against, attack=self.attack)
+        known = takes_gradients(self.attack) if self.attack else None
+        return LoopSetting(name, perception, against=against, attack=self.attack, white_box=known)
 
 
 def _of_planner(part: Any) -> list[LoopSetting]:

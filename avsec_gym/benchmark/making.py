@@ -11,6 +11,7 @@ from typing import Any
 
 from avsec_gym import __version__
 from avsec_gym.attacks.attacked_detector import attack_kind
+from avsec_gym.benchmark.adaptive_rows import AdaptiveRow
 from avsec_gym.benchmark.connected_instants import InstantsRow
 from avsec_gym.benchmark.entry import ENTRY, Entry, EntryRow, ScenesRow
 from avsec_gym.benchmark.entry_sets import Row, entry_sets
@@ -22,9 +23,10 @@ from avsec_gym.benchmark.protocol import (
     is_white_box,
     places_in,
     settings_of,
+    takes_gradients,
 )
 from avsec_gym.benchmark.query_rows import is_masked
-from avsec_gym.benchmark.scene_sets import VERSION, frozen_sets
+from avsec_gym.benchmark.scene_sets import CONTESTED, VERSION, frozen_sets
 from avsec_gym.perception.detectors.detector import network_name
 from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.registry import Kind, make
@@ -45,6 +47,7 @@ def entered(
     name: str | None = None,
     quick: bool = False,
     error_models: Sequence[str] = (),
+    labels: Path | None = None,
     workers: int | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Entry:
@@ -59,6 +62,8 @@ def entered(
         error_models: What stands for a detector in closed loop, or for an attack on one: files of
             `avsec error-model fit`, or names of shipped ones.  None: the shipped ones, if there are
             any.
+        labels: Folder of the labelled KITTI scenarios, where the part is a folder of results on
+            KITTI's own frames; nothing of it is copied.
         workers: Processes, as of `run_experiments`; each has one thread, since the last digits of
             gradients depend on it.
         on_progress: Called with the number of scenes that are done and that of all.
@@ -67,8 +72,9 @@ def entered(
         ConfigurationError: There is no such part, or this release makes other scenes.
         DataError: The folder holds something else, or results are missing.
     """
-    sets = entry_sets(kind, part, quick=quick, error_models=error_models)
-    found: dict[type[Row], list[Any]] = {EntryRow: [], DrivesRow: [], InstantsRow: []}
+    sets = entry_sets(kind, part, quick=quick, error_models=error_models, labels=labels)
+    kinds: tuple[type[Row], ...] = (EntryRow, DrivesRow, InstantsRow, AdaptiveRow)
+    found: dict[type[Row], list[Any]] = {each: [] for each in kinds}
     scenes, failed, before, masked = [], 0, 0, False
     # Each set is a run of its own, kept in the entry's folder, and gives rows.
     for one_set in sets.driven:
@@ -88,7 +94,7 @@ def entered(
         run = RunFolder.open(root / one_set.name)
         for row in one_set.rows(run):
             found[type(row)].append(row)
-        masked = masked or (one_set.name == "contested" and is_masked(run))
+        masked = masked or (one_set.name == CONTESTED and is_masked(run))
         scenes.append(ScenesRow(one_set.name, summary.cells, one_set.digest))
     # What made it: versions and sources of the last sitting.
     last = run.manifest["sittings"][-1]
@@ -105,9 +111,10 @@ def entered(
         rows=found[EntryRow],
         drives=found[DrivesRow],
         instants=found[InstantsRow],
+        adaptive=found[AdaptiveRow],
         skipped=sets.skipped,
-        world=world_fingerprint() if kind.sees else "",
-        weights=_weights(kind, part),
+        world=world_fingerprint() if kind.sees and labels is None else "",
+        weights=_weights(kind, part) if labels is None else {},
         budget=_budget(kind, part),
         made_by={"avsec_gym": __version__, **made, "threads": _THREADS},
         failed=failed,
@@ -143,6 +150,8 @@ def _portable(part: Any) -> Any:
 
 
 def _white_box(kind: Entered, part: Any) -> bool | None:
+    if kind == Entered.ATTACK:
+        return takes_gradients(part)
     if kind != Entered.DETECTOR:
         return None
     return not is_replayed(part) and is_white_box(part)
@@ -152,11 +161,11 @@ def _weights(kind: Entered, part: Any) -> dict[str, str]:
     """Of all networks that drove or gave gradients, by name."""
     if is_connected(kind, part):
         return {}
-    detectors = []
-    for setting in settings_of(kind, part, next(iter(frozen_sets()))):
-        parts = setting.parts or {}
-        attack = parts.get("attack")
-        detectors += [parts.get("detector"), attack.get("of") if isinstance(attack, dict) else None]
+    detectors: list[Any] = []
+    for scenes in frozen_sets():
+        for setting in settings_of(kind, part, scenes):
+            parts = setting.parts or {}
+            detectors += [parts.get("detector"), *_imitated(parts.get("attack"))]
     hashes = {}
     for detector in detectors:
         if detector is None or is_replayed(detector):
@@ -166,6 +175,14 @@ def _weights(kind: Entered, part: Any) -> dict[str, str]:
         if name not in hashes and (found := weights_hash(made)) is not None:
             hashes[name] = found
     return hashes
+
+
+def _imitated(attack: Any) -> list[Any]:
+    """The detectors whose gradients an attack takes in place of the victim's."""
+    if not isinstance(attack, Mapping):
+        return []
+    inner = [each for own in attack.get("attacks", ()) for each in _imitated(own)]
+    return [*([attack["of"]] if "of" in attack else []), *inner]
 
 
 def _budget(kind: Entered, part: Any) -> dict[str, Any] | None:

@@ -4,13 +4,16 @@ A detector is driven by as it is, under an attack that takes its own gradients w
 under one that takes another detector's, and beside a printed patch that was trained against both of
 the package's.  An attack is tried on both detectors of the package; a validator on a camera and a
 LiDAR that light shines into, and where nothing does; a planner knows the truth.
+
+What defends, a detector or a validator, is also attacked adaptively, on contested scenes: by an
+attacker who tries more, and keeps what works best against this very part.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -20,11 +23,13 @@ import numpy as np
 from avsec_gym.argument_checks import place, shown
 from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.attacks.patch_files import shipped_patch
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.benchmark.quiet_attacks import QUIETER
+from avsec_gym.benchmark.scene_sets import CONTESTED
+from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.kitti.detections import default_score_threshold
 from avsec_gym.kitti.labels import read_detections
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
-from avsec_gym.registry import Kind, check, kind_of, made_part
+from avsec_gym.registry import Kind, check, kind_of, made_part, make
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.storage.regular_files import is_folder, is_there
 from avsec_gym.validation.shipped import FitKind, shipped_file
@@ -32,7 +37,12 @@ from avsec_gym.validation.shipped import FitKind, shipped_file
 DETECTORS = ("dsgn", "stereo_rcnn")
 """Those of the package that attacks are tried on, and whose gradients a stranger's attack takes."""
 PERTURBATION = {"name": "projected_pgd", "epsilon": 4.0, "steps": 7}
+STRONGER = {**PERTURBATION, "steps": 12}
+"""The same with more steps; the adaptive attack on a detector tries several, and keeps the worst.
+More than these would take longer than an hour on two cores."""
 UNATTACKED, WHITE_BOX, TRANSFERRED, PATCH = "unattacked", "white_box", "transferred", "patch"
+ADAPTIVE = "adaptive"
+"""A detector's setting, and what those of a validator end with before `VALIDATED`."""
 TRUTH = "truth"
 _AROUND = ("defended", "attacked")
 """Detectors around another one, which is what an attacker has to do with."""
@@ -68,12 +78,15 @@ class Setting:
         parts: Arguments of `avsec_gym.pipeline.Pipeline`; None: the truth is planned on.
         planner: The planner.
         against: The setting that it is compared with, drive by drive; empty: none.
+        attempts: Attacks that are tried after that of `parts`; the one under which most episodes
+            collide without an alarm is kept, the first of equals.
     """
 
     name: str
     parts: Mapping[str, Any] | None
     planner: Any = "astar"
     against: str = ""
+    attempts: Sequence[Any] = ()
 
 
 def settings_of(kind: Entered, part: Any, scenes: str) -> list[Setting]:
@@ -105,11 +118,11 @@ def settings_of(kind: Entered, part: Any, scenes: str) -> list[Setting]:
     if kind == Entered.VALIDATOR:
         part = _fitted(part)
         check(Kind.VALIDATOR, part)
-        return _validated(part)
+        return _validated(part, scenes)
     check(Kind.DETECTOR, part)
     if is_replayed(part):
         return _of_results(results_of(part) / scenes)
-    return _attacked(part)
+    return _attacked(part, scenes)
 
 
 def is_connected(kind: Entered, part: Any) -> bool:
@@ -132,6 +145,24 @@ def is_white_box(part: Any) -> bool:
     return isinstance(made_part("detector", Kind.DETECTOR, part), DifferentiableDetector)
 
 
+def takes_gradients(attack: Any) -> bool | None:
+    """Whether an attack climbs the loss of the detector that it meets: it knows a white box.
+
+    Args:
+        attack: The attack, by name or as a dictionary.
+
+    Returns:
+        None where there is no such attack here, as of a package that is not installed.
+    """
+    if isinstance(attack, Mapping) and attack.get("name") == PATCH:
+        return False  # It was trained before; its file may be elsewhere.
+    try:
+        made = make(attack_kind(attack), attack)
+    except AvsecError:
+        return None
+    return bool(getattr(made, "needs_gradient", False))
+
+
 def results_of(part: Mapping[str, Any]) -> Path:
     """The folder of a detector that is known by its results alone.
 
@@ -149,19 +180,40 @@ def unknowing_attacks(part: Any) -> dict[str, dict[str, Any] | None]:
     Args:
         part: The detector.
     """
-    while isinstance(part, Mapping) and part["name"] in _AROUND:
-        part = part["detector"]
-    name = part if isinstance(part, str) else part["name"]
-    of = DETECTORS[1] if name == DETECTORS[0] else DETECTORS[0]
+    of = DETECTORS[1] if _innermost(part) == DETECTORS[0] else DETECTORS[0]
     transferred = {"name": "transferred", "attack": PERTURBATION, "of": of}
     patch = {"name": "patch", "patch": str(shipped_patch("joint"))}
     return {UNATTACKED: None, TRANSFERRED: transferred, PATCH: patch}
 
 
-def _attacked(part: Any) -> list[Setting]:
+def adaptive_attack(part: Any) -> dict[str, Any]:
+    """The attack on a detector by who tries several, and asks it which one harms it most.
+
+    More steps, begun twice by its own gradients if it gives any, and by those of the package's
+    other detectors.
+
+    Args:
+        part: The detector.
+    """
+    own = [STRONGER, STRONGER] if is_white_box(part) else []
+    others = [name for name in DETECTORS if name != _innermost(part)]
+    transferred = [{"name": "transferred", "attack": STRONGER, "of": name} for name in others]
+    return {"name": "strongest", "attacks": [*own, *transferred]}
+
+
+def _innermost(part: Any) -> str:
+    """The name of the detector behind defences and attacks."""
+    while isinstance(part, Mapping) and part["name"] in _AROUND:
+        part = part["detector"]
+    return part if isinstance(part, str) else str(part["name"])
+
+
+def _attacked(part: Any, scenes: str) -> list[Setting]:
     attacks = unknowing_attacks(part)
     if is_white_box(part):
         attacks[WHITE_BOX] = {**PERTURBATION}
+    if scenes == CONTESTED:
+        attacks[ADAPTIVE] = adaptive_attack(part)
     return [
         Setting(name, {"detector": part, "attack": attack}, against=UNATTACKED if attack else "")
         for name, attack in attacks.items()
@@ -207,21 +259,25 @@ def _fitted(part: Any) -> Any:
     return {argument: str(shipped_file(kind, SensorSystem((LIDAR, 3, 2)))), **named}
 
 
-def _validated(part: Any) -> list[Setting]:
+def _validated(part: Any, scenes: str) -> list[Setting]:
     cases: list[tuple[str, str, Any]] = [(UNATTACKED, DETECTORS[0], None)]
     cases += [(name, detector, attack) for name, (detector, attack) in OPTICAL.items()]
-    return [
-        setting
-        for name, detector, attack in cases
-        for setting in (
-            Setting(name, {"detector": detector, "attack": attack}),
-            Setting(
-                f"{name}{VALIDATED}",
-                {"detector": detector, "attack": attack, "validator": part},
-                against=name,
-            ),
-        )
-    ]
+    settings = []
+    for name, detector, attack in cases:
+        plain = {"detector": detector, "attack": attack}
+        validated = Setting(f"{name}{VALIDATED}", {**plain, "validator": part}, against=name)
+        settings += [Setting(name, plain), validated]
+        attempts = QUIETER.get(name, ()) if scenes == CONTESTED else ()
+        if attempts:
+            settings.append(
+                replace(validated, name=adaptive(name), against=validated.name, attempts=attempts)
+            )
+    return settings
+
+
+def adaptive(case: str) -> str:
+    """The name of the setting in which a validator's case is attacked adaptively."""
+    return f"{case} {ADAPTIVE}{VALIDATED}"
 
 
 def places_in(value: Any) -> dict[str, Path]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from avsec_gym.benchmark.entry import EntryRow, Precision
@@ -16,6 +16,7 @@ from avsec_gym.benchmark.protocol import (
     settings_of,
 )
 from avsec_gym.benchmark.scene_sets import FrozenSet
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.emergency_stop import STOPPED
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
 from avsec_gym.metrics.clustered_shares import Share, share_of
@@ -56,8 +57,8 @@ def query_rows(
             paired=paired_differences(before, records) if before else None,
             alarms=_share(run, setting, ALARM),
             named=_share(run, setting, NAMED),
-            collided=_of_drives(records, [record.collision for record in records]),
-            stopped=_of_drives(records, [record.reason == STOPPED for record in records]),
+            collided=share_of_episodes(records, [record.collision for record in records]),
+            stopped=share_of_episodes(records, [record.reason == STOPPED for record in records]),
         )
 
 
@@ -78,9 +79,16 @@ def is_masked(run: RunFolder) -> bool:
 
 def _precision(run: RunFolder, setting: Setting, truth: Mapping[str, Any]) -> Precision | None:
     found = run.detections(setting.name)
-    if not found:
-        return None
-    # Frames whose cell failed are missing on both sides.
+    return moderate_precision(found, truth) if found else None
+
+
+def moderate_precision(found: Mapping[str, Boxes3D], truth: Mapping[str, Boxes3D]) -> Precision:
+    """The average precision of moderate cars.
+
+    Args:
+        found: Detections by frame, one or more; frames that are missing count on neither side.
+        truth: Labels by frame.
+    """
     labels, boxes = [truth[id] for id in found], [*found.values()]
     strict = average_precision(
         labels, boxes, classes=[CATEGORY], min_iou=STANDARD_IOU, resamples=_RESAMPLES
@@ -114,6 +122,6 @@ def _share(run: RunFolder, setting: Setting, name: str) -> Share | None:
     return share_of([row["value"] > 0 for row in rows], [row["scenario"] for row in rows])
 
 
-def _of_drives(records: list[SafetyRecord], hits: list[bool]) -> Share:
+def share_of_episodes(records: Sequence[SafetyRecord], hits: Sequence[bool]) -> Share:
     """A share of all episodes; those of one scene are a cluster."""
     return share_of(hits, [record.scenario for record in records])

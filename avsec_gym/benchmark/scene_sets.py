@@ -29,6 +29,8 @@ from avsec_gym.world.layouts import generate_layout
 
 VERSION = 1
 """The benchmark's; results of two versions are not compared."""
+ALL, CONTESTED = "all", "contested"
+"""Names of the sets."""
 FROZEN = f"version_{VERSION}.json"
 """What is frozen, beside this module; ``benchmarks/freeze.py`` writes it."""
 

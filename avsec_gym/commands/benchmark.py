@@ -51,6 +51,7 @@ class _Enter:
                 name=self.name,
                 quick=self.quick,
                 error_models=self._error_models,
+                labels=self._labels,
                 workers=self.workers,
                 on_progress=shown,
             )
@@ -79,6 +80,10 @@ class _Enter:
     def _error_models(self) -> tuple[str, ...]:
         return ()
 
+    @property
+    def _labels(self) -> Path | None:
+        return None
+
 
 @dataclass(frozen=True, kw_only=True)
 class _EnterByErrors(_Enter):
@@ -99,10 +104,15 @@ class BenchmarkDetector(_EnterByErrors):
     """Enter a detector: how a car drives by what it sees, unattacked and under attacks.
 
     Instead of a detector's name, a folder of its KITTI result files may be given:
-    SCENES/SETTING/000000.txt, for the frames that `avsec benchmark frames` writes.
+    SCENES/SETTING/000000.txt, for the frames that `avsec benchmark frames` writes; or, beside
+    --labels, its results on KITTI's own frames.
     """
 
     kind = "detector"
+
+    labels: Path | None = None
+    """Folder of the labelled scenarios (static_label, dynamic_label, ...), which the given results
+    on KITTI's own frames are driven in and scored by; nothing of it is copied."""
 
     @property
     def _part(self) -> Any:
@@ -112,6 +122,10 @@ class BenchmarkDetector(_EnterByErrors):
         if self.part not in names(Kind.DETECTOR) and is_folder(Path(self.part)):
             return {"name": "replayed", "detections": str(Path(self.part).resolve())}
         return super()._part
+
+    @property
+    def _labels(self) -> Path | None:
+        return self.labels
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,9 +1,12 @@
-"""The leaderboard of the benchmark as one HTML page."""
+"""The leaderboard of the benchmark as one HTML page, and its tables for another one."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from markupsafe import Markup
+
+from avsec_gym.drawing.page_table import Table
 from avsec_gym.report.html import joined, page_environment
 from avsec_gym.runs.section import Section
 
@@ -25,3 +28,20 @@ def leaderboard_page(sections: Sequence[Section], extent: str) -> str:
         css=joined(environment, "report.css"),
         js=joined(environment, "report.js"),
     )
+
+
+def sortable_table(table: Table, heading: str = "h3") -> str:
+    """A table of the leaderboard as HTML without empty lines, for a page that has the script.
+
+    Args:
+        table: The table.
+        heading: The element of its title.
+    """
+    sheet = page_environment().get_template("table.html.j2").module.sheet  # type: ignore[attr-defined]
+    lines = str(sheet(table, heading)).splitlines()
+    return "\n".join(line for line in lines if line.strip())
+
+
+def table_script() -> Markup:
+    """What sorts and filters the tables of a page."""
+    return joined(page_environment(), "report.js")

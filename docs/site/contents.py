@@ -41,6 +41,7 @@ CONTENTS = {
         "architecture",
     ],
     "Results": [
+        "leaderboard",
         "reproduce_chapter3",
         "reproduce_chapter4",
         "reproduce_chapter5",

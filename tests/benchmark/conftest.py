@@ -75,7 +75,9 @@ def few(monkeypatch: pytest.MonkeyPatch, small_cache: Path) -> dict[str, FrozenS
     )
     for module in (protocol, loop_protocol):
         monkeypatch.setattr(module, "DETECTORS", ("oracle", "scan_obstacles"))
-    monkeypatch.setattr(protocol, "PERTURBATION", {"name": "random_noise", "strength": 8.0})
+    for name in ("PERTURBATION", "STRONGER"):
+        monkeypatch.setattr(protocol, name, {"name": "random_noise", "strength": 8.0})
+    monkeypatch.setattr(protocol, "QUIETER", {})
     monkeypatch.setattr(
         protocol, "OPTICAL", {"facula": ("oracle", {"name": "facula", "camera": 2})}
     )

@@ -25,6 +25,9 @@ from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from tests.validation.connected.conftest import CARS, POSES, scan_of
 
+TRIES = 2
+"""Attempts of an adaptive attacker, in place of the benchmark's."""
+
 
 class Streets:
     """Three vehicles on streets of a few cars, in place of the frozen instants."""
@@ -38,10 +41,10 @@ class Streets:
         scans = tuple(scan_of(pose, *CARS[: 2 + number]) for pose in POSES)
         return RecordedInstant(f"{number:06d}", scans)
 
-    def attacks(self, number: int) -> list[AttackedInstant]:
+    def attacks(self, number: int, attempt: tuple[int, ...] = ()) -> list[AttackedInstant]:
         instant = self.instant(number)
         found = [
-            attack.attack(instant, (self.seed, number, index))
+            attack.attack(instant, (self.seed, number, index, *attempt))
             for index, attack in enumerate((PastedObject(), RemovedObject()))
         ]
         return [each for each in found if each is not None]
@@ -50,6 +53,7 @@ class Streets:
 @pytest.fixture(autouse=True)
 def streets(monkeypatch: pytest.MonkeyPatch) -> Streets:
     found = Streets()
+    monkeypatch.setattr(connected_instants, "INSTANT_TRIES", TRIES)
     for module in (connected_instants, entry_sets):
         monkeypatch.setattr(module, "frozen_instants", lambda: found)
     return found
@@ -64,12 +68,18 @@ class Judged:
 
 @dataclass(frozen=True)
 class Informed:
-    """Knows which scan was tampered with and where, and gives one answer."""
+    """Knows which scan was tampered with and where, and gives one answer.
+
+    Of an adaptive attacker's attempts it knows the first ones.
+    """
 
     answer: str = "victim"
+    attempts: int = 1
 
     def validate(self, scans: Sequence[VehicleScan], *, id: str = "") -> Judged:
-        for attacked in Streets().attacks(int(id)):
+        known = [(), *((attempt,) for attempt in range(1, self.attempts))]
+        attacks = [each for attempt in known for each in Streets().attacks(int(id), attempt)]
+        for attacked in attacks:
             before = attacked.instant.scans
             if all(np.array_equal(a.points, b.points) for a, b in zip(scans, before, strict=True)):
                 named = {
@@ -134,6 +144,30 @@ def test_every_answer_is_counted_as_what_it_is(
         assert row.decidable is not None
         assert row.decidable.count == row.at_rate.of > 0
         assert (row.area.value, row.at_rate.rate) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("blind", [True, False])
+def test_a_validator_that_is_blind_to_other_attacks_is_broken(tmp_path: Path, blind: bool) -> None:
+    part = {"name": "informed", "attempts": 1 if blind else TRIES}
+    entry = made(part, tmp_path)
+    assert [row.setting for row in entry.adaptive] == ["ghost adaptive", "removal adaptive"]
+    listed, under = entry.instant("ghost"), entry.instant("ghost adaptive")
+    assert listed is not None
+    assert under is not None
+    assert listed.of_decidable is not None
+    assert listed.of_decidable.rate == 1.0
+    # Only attempts of which another vehicle can tell are kept, if there are any.
+    assert under.decidable is not None
+    assert listed.decidable is not None
+    assert under.decidable.count >= listed.decidable.count
+    ghost = entry.adaptive[0]
+    assert (ghost.against, ghost.measure) == ("ghost", "detected")
+    assert ghost.detected == under.of_decidable
+    assert ghost.detected is not None
+    assert ghost.detected.rate == (0.0 if blind else 1.0)
+    assert entry.broken is blind
+    again = read_entry(tmp_path / "entry.json")
+    assert again.to_json() == entry.to_json()
 
 
 def test_an_alarm_elsewhere_detects_nothing(tmp_path: Path) -> None:

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 
-from avsec_gym.benchmark import loop_drives, query_rows
+from avsec_gym.benchmark import adaptive_rows, loop_drives, protocol, query_rows
 from avsec_gym.benchmark.entry import read_entry
 from avsec_gym.benchmark.frames import write_frames
 from avsec_gym.benchmark.making import entered
@@ -20,12 +21,14 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.drives.one_drive import DriveTask, drive
 from avsec_gym.drives.setting import DriveSetting
+from avsec_gym.drives.summary import Mean
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.labels import write_detections
+from avsec_gym.kitti.labels import read_labels, write_detections
 from avsec_gym.metrics.estimate import Estimate
+from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.perception.detectors.boxes_in_view import boxes_in_view
 from avsec_gym.pipeline import run_episode
@@ -180,8 +183,11 @@ def test_frames_for_a_foreign_detector_lead_to_the_entry_of_one_by_name(
     foreign = made("detector", part, tmp_path / "foreign", name="dark")
     own = made("detector", "dark", tmp_path / "own")
     own_rows, foreign_rows = own.to_json()["rows"], foreign.to_json()["rows"]
-    assert {row["setting"] for row in own_rows} == {"unattacked", "transferred", "patch"}
-    assert foreign_rows == own_rows
+    settings = {"unattacked", "transferred", "patch"}
+    assert {row["setting"] for row in own_rows} == {*settings, "adaptive"}
+    # Who has the results alone cannot ask the detector which attack harms it most.
+    assert foreign_rows == [row for row in own_rows if row["setting"] in settings]
+    assert (foreign.broken, own.broken) == (None, False)
     assert str(tmp_path) not in json.dumps(foreign.to_json())
 
 
@@ -217,6 +223,27 @@ def test_what_was_entered_stays_what_it_is(few: dict[str, FrozenSet], tmp_path: 
         made("detector", part, tmp_path / "out")
 
 
+def truth_of(frame: SensorFrame) -> Boxes3D:
+    assert frame.origin is not None
+    return read_labels(frame.origin / "label_2" / f"{frame.id}.txt")
+
+
+def change_of(frame: SensorFrame) -> Any:
+    """The largest change of each pixel of the left image, grey levels."""
+    assert frame.origin is not None
+    there = KittiObject(frame.origin.parent).frame(frame.id)
+    return np.abs(np.subtract(frame.image(2), there.image(2), dtype=float)).max(axis=2)
+
+
+def certain_differences(first: Any, second: Any) -> Any:
+    """One scene has no interval: the difference itself decides."""
+    found = paired_differences(first, second)
+    assert found is not None
+    value = found.safe_driving_rate.value
+    assert value is not None
+    return replace(found, safe_driving_rate=Estimate(value, (value, value)))
+
+
 class Fooled:
     """Gives gradients that lead nowhere, and sees nothing beside a patch."""
 
@@ -226,21 +253,16 @@ class Fooled:
         self.masked = masked
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
-        from avsec_gym.kitti.labels import read_labels
-
-        assert frame.origin is not None
-        truth = read_labels(frame.origin / "label_2" / f"{frame.id}.txt")
         # What changes many pixels a little, and what changes few of them much.
-        there = KittiObject(frame.origin.parent).frame(frame.id)
-        change = np.abs(np.subtract(frame.image(2), there.image(2), dtype=float)).max(axis=2)
+        change = change_of(frame)
         noise, patch = (change > 0).mean() > 0.5, change.max() > 30
-        return Boxes3D.empty() if (patch if self.masked else noise) else truth
+        return Boxes3D.empty() if (patch if self.masked else noise) else truth_of(frame)
 
     def detect_batch(self, batch: Any) -> list[Boxes3D]:
         raise NotImplementedError
 
     def losses(self, batch: Any, truth: Any, disparity: Any = None) -> Any:
-        raise NotImplementedError
+        return {"loss": torch.zeros(())}
 
 
 @pytest.mark.parametrize("masked", [True, False])
@@ -252,19 +274,43 @@ def test_gradients_that_lead_nowhere(
     name = f"fooled_{masked}".lower()
     if name not in names(Kind.DETECTOR):
         register(Kind.DETECTOR, name, lambda: Fooled(masked))
-    # One scene has no interval: the difference itself decides.
-    whole = query_rows.paired_differences
-
-    def certain(first: Any, second: Any) -> Any:
-        found = whole(first, second)
-        value = found.safe_driving_rate.value
-        return replace(found, safe_driving_rate=Estimate(value, (value, value)))
-
-    monkeypatch.setattr(query_rows, "paired_differences", certain)
+    for module in (query_rows, adaptive_rows):
+        monkeypatch.setattr(module, "paired_differences", certain_differences)
     found = made("detector", name, tmp_path)
     assert found.white_box is True
-    assert [row.setting for row in found.rows][-1] == "white_box"
+    assert [row.setting for row in found.rows][-2:] == ["white_box", "adaptive"]
     assert found.masked is masked
+    # The noise of the adaptive attack here is that of the listed one.
+    assert found.broken is False
+
+
+@pytest.mark.parametrize("limit", [10, 100])
+def test_a_detector_that_a_stronger_attack_of_the_budget_breaks(
+    few: dict[str, FrozenSet], tmp_path: Path, limit: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It bears noise up to a limit, which the listed attacks do not reach, and the adaptive may."""
+
+    class Bears:
+        name = f"bears_{limit}"
+
+        def detect(self, frame: SensorFrame) -> Boxes3D:
+            change = change_of(frame)
+            few_change = np.median(change) < 1  # A patch, or nothing.
+            return truth_of(frame) if few_change or change.max() < limit else Boxes3D.empty()
+
+    if Bears.name not in names(Kind.DETECTOR):
+        register(Kind.DETECTOR, Bears.name, Bears)
+    monkeypatch.setattr(protocol, "STRONGER", {"name": "random_noise", "strength": 40.0})
+    monkeypatch.setattr(adaptive_rows, "paired_differences", certain_differences)
+    found = made("detector", Bears.name, tmp_path)
+    [row] = found.adaptive
+    assert (row.setting, row.measure, row.detected) == ("adaptive", "safe", None)
+    assert found.broken is row.breaks is (limit == 10)
+    safe = found.row("contested", "adaptive").rates.safe_driving_rate
+    assert safe == (0.0 if limit == 10 else 1.0)
+    again = read_entry(tmp_path / "entry.json")
+    assert again.to_json() == found.to_json()
+    assert again.broken is found.broken
 
 
 class Suspicious:
@@ -290,6 +336,73 @@ def test_a_validator_that_always_reports_one_camera(
     assert entry.row("all", "facula").alarms is None
     assert clean.against == "unattacked"
     assert clean.paired.episodes == 6
+
+
+class Dazzled:
+    """Sees the truth, and nothing once a tenth of the image, or of its middle, is lit."""
+
+    name = "dazzled"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        lit = change_of(frame) > 20
+        rows, columns = lit.shape
+        middle = lit[rows // 3 : rows, columns // 3 : 2 * columns // 3]
+        return Boxes3D.empty() if max(lit.mean(), middle.mean()) > 0.1 else truth_of(frame)
+
+
+class Watchman:
+    """Reports camera 2 where so large a share of its pixels changed."""
+
+    system = SensorSystem((LIDAR, 2, 3))
+
+    def __init__(self, name: str, most: float) -> None:
+        self.name, self.most = name, most
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        alarm = bool((change_of(frame) > 0).mean() > self.most)
+        left = SensorStatus.ATTACKED if alarm else SensorStatus.SOUND
+        return Validation(alarm, {2: left, 3: SensorStatus.SOUND}, None)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("name", "most", "blind"), [("drowsy", 0.6, True), ("alert", 0.0, False)])
+def test_a_validator_that_is_blind_to_a_quiet_attack(
+    few: dict[str, FrozenSet],
+    tmp_path: Path,
+    name: str,
+    most: float,
+    blind: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The listed light is everywhere and alarms both; of less, one of them knows nothing."""
+    if name not in names(Kind.VALIDATOR):
+        register(Kind.VALIDATOR, name, lambda: Watchman(name, most))
+    if "dazzled" not in names(Kind.DETECTOR):
+        register(Kind.DETECTOR, "dazzled", Dazzled)
+    wide = {"name": "facula", "camera": 2, "radius": 2000.0, "centre": [160.0, 60.0]}
+    harmless = {**wide, "radius": 5.0}
+    quiet = {**wide, "radius": 150.0, "centre": [160.0, 90.0]}
+    monkeypatch.setattr(protocol, "OPTICAL", {"facula": ("dazzled", wide)})
+    monkeypatch.setattr(adaptive_rows, "OPTICAL", {"facula": ("dazzled", wide)})
+    monkeypatch.setattr(protocol, "QUIETER", {"facula": [harmless, quiet]})
+    monkeypatch.setattr(
+        adaptive_rows,
+        "mean_over_scenes",
+        lambda values, scenes: Mean(float(values.mean()), (float(values.mean()),) * 2),
+    )
+    entry = made("validator", name, tmp_path / "one")
+    listed = entry.row("contested", "facula validated")
+    under = entry.row("contested", "facula adaptive validated")
+    assert entry.row("all", "facula adaptive validated") is None
+    assert listed.alarms.rate == 1.0
+    assert listed.collided.count == 0
+    [row] = entry.adaptive
+    assert (row.setting, row.against) == ("facula adaptive validated", "facula validated")
+    assert row.detected == under.alarms
+    assert row.detected.rate == (0.0 if blind else 1.0)
+    assert under.collided.count == (under.collided.of if blind else 0)
+    assert entry.broken is blind
+    again = made("validator", name, tmp_path / "two")
+    assert again.to_json() == entry.to_json()
 
 
 def test_what_is_no_entry(tmp_path: Path, few: dict[str, FrozenSet]) -> None:

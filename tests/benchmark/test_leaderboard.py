@@ -8,8 +8,10 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.benchmark.connected_instants import ATTACKS, InstantsRow
+from avsec_gym.benchmark.adaptive_rows import AdaptiveRow
+from avsec_gym.benchmark.connected_instants import ATTACKS, InstantsRow, adaptive_instants
 from avsec_gym.benchmark.entry import Entry, EntryRow, Precision, read_entry
+from avsec_gym.benchmark.kitti_scenes import KITTI, frozen_labels
 from avsec_gym.benchmark.leaderboard import board, left_out
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.loop_scenes import CLOSED_LOOP, frozen_drives
@@ -22,6 +24,7 @@ from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRates, SafetyRecord
+from avsec_gym.runs.fingerprints import fingerprint
 
 
 def records(safe: int, of: int = 10) -> list[SafetyRecord]:
@@ -64,11 +67,49 @@ def test_detectors_by_how_safe_contested_drives_are() -> None:
     better = entry("detector", "better", row("contested", "unattacked", 6), white_box=False)
     (section,) = board([worse, better])
     first, second = texts([section])["detectors"]
-    assert first[:5] == ["better", "black box", "–", "60.0", "60.0"]
-    assert second[:7] == ["worse", "white box", "yes", "10.0", "40.0", "–", "10.0"]
-    assert second[8] == "31.2"
+    assert first[:6] == ["better", "black box", "–", "–", "60.0", "60.0"]
+    assert second[:8] == ["worse", "white box", "–", "yes", "10.0", "40.0", "–", "10.0"]
+    assert second[10] == "31.2"
     (table,) = section.parts
     assert len(table.columns) == len(first)
+    assert {table.columns[index] for index in table.filters} == {
+        "known to the attacker", "adaptive attack breaks it", "hides its gradients",
+    }  # fmt: skip
+
+
+def adaptive(measure: str, breaks: bool, setting: str = "adaptive") -> AdaptiveRow:
+    return AdaptiveRow(setting, "white_box", measure, Estimate(-0.25, (-0.4, -0.1)), breaks)
+
+
+def test_what_an_adaptive_attack_breaks_is_flagged() -> None:
+    def detector(name: str, *breaks: bool) -> Entry:
+        rows = [row("contested", "unattacked", 8), row("contested", "adaptive", 3)]
+        tried = [adaptive("safe", each) for each in breaks]
+        return entry("detector", name, *rows, white_box=True, adaptive=tried)
+
+    (section,) = board([detector("broken", True), detector("holds", False), detector("unknown")])
+    cells = {cells[0].text: cells[2] for cells in section.parts[0].rows}
+    assert {name: cell.text for name, cell in cells.items()} == {
+        "broken": "yes", "holds": "no", "unknown": "–",
+    }  # fmt: skip
+    assert cells["broken"].tone == "bad"
+    assert "−25.0 points of safe, against white_box" in cells["broken"].hint
+    # The worst that is known of it is its robust rate.
+    assert [cells[4].text for cells in section.parts[0].rows] == ["30.0"] * 3
+    validator = entry(
+        "validator", "watch",
+        row("contested", "facula adaptive validated", 4, alarms=share(5)),
+        adaptive=[
+            adaptive("collided", False, "lidar_spoofing adaptive validated"),
+            adaptive("collided", True, "facula adaptive validated"),
+        ],
+    )  # fmt: skip
+    (section,) = board([validator])
+    (table,) = section.parts
+    by_column = dict(zip(table.columns, table.rows[0], strict=True))
+    assert by_column["adaptive attack breaks it"].text == "yes"
+    assert by_column["alarms, facula, adaptive, %"].text == "10.0"
+    assert by_column["collisions, facula, adaptive, %"].text == "60.0"
 
 
 def test_attacks_validators_and_planners() -> None:
@@ -76,7 +117,7 @@ def test_attacks_validators_and_planners() -> None:
     paired = paired_differences(before, after)
     attack = entry(
         "attack", "light", row("contested", "dsgn attacked", 2, paired=paired),
-        budget={"change": 4.0, "area": None},
+        budget={"change": 4.0, "area": None}, white_box=True,
     )  # fmt: skip
     stops = SafetyRates.of(
         replace(each, outcome=UNPLANNED, reason="stopped") for each in records(0, 4)
@@ -93,9 +134,11 @@ def test_attacks_validators_and_planners() -> None:
     planner = entry("planner", "astar", row("all", "truth", 9), row("contested", "truth", 10))
     found = texts(board([planner, validator, attack]))
     assert [*found] == ["attacks", "validators", "planners"]
-    assert found["attacks"] == [["light", "4.0", "all", "20.0", "–", "−60.0", "–", "–", "–"]]
+    assert found["attacks"] == [
+        ["light", "white box", "4.0", "all", "20.0", "–", "−60.0", "–", "–", "–"]
+    ]  # fmt: skip
     assert found["validators"] == [
-        ["watch", "2.0", "80.0", "–", "60.0", "–", "100.0", "10.0", "30.0", "–", "–"]
+        ["watch", "–", "2.0", "80.0", "–", "60.0", "–", "100.0", "10.0", "30.0", *["–"] * 6]
     ]  # fmt: skip
     assert found["planners"][0][:4] == ["astar", "90.0", "100.0", "10.0"]
 
@@ -112,7 +155,7 @@ def test_the_closed_loop_has_a_table_of_its_own() -> None:
         "detector", "worse", row("contested", "unattacked", 6),
         drives=(
             car("unattacked", 5, 0.7),
-            car("patch", 30, 0.4, against="unattacked", attack=patch,
+            car("patch", 30, 0.4, against="unattacked", attack=patch, white_box=False,
                 navsim_difference=Estimate(-0.3, (-0.4, -0.2))),
         ),
     )  # fmt: skip
@@ -123,9 +166,11 @@ def test_the_closed_loop_has_a_table_of_its_own() -> None:
     (section,) = board([worse, better, entry("detector", "none", row("all", "unattacked", 5))])
     _, table = section.parts
     assert isinstance(table, Table)
-    assert [[cell.text for cell in cells][:3] for cells in table.rows] == [
-        ["better", "unattacked", "2.0"], ["worse", "unattacked", "10.0"], ["worse", "patch", "60.0"]
+    assert [[cell.text for cell in cells][:4] for cells in table.rows] == [
+        ["better", "unattacked", "–", "2.0"], ["worse", "unattacked", "–", "10.0"],
+        ["worse", "patch", "black box", "60.0"],
     ]  # fmt: skip
+    assert table.filters == (1, 2)
     assert [cell.text for cell in table.rows[2]][-2:] == ["40.0", "−30.0"]
     assert "joint" in table.rows[2][1].hint
     assert all(len(cells) == len(table.columns) for cells in table.rows)
@@ -139,15 +184,18 @@ def test_validators_of_several_vehicles_have_a_table_of_their_own() -> None:
             "area": Estimate(area, (0.5, 1.0)), "at_rate": share(25),
         }  # fmt: skip
         rows = [InstantsRow("unattacked", 50, share(2), share(1))]
-        rows += [InstantsRow(kind, 50, share(30), share(1), **attack) for kind in ATTACKS]
-        return entry("validator", name, instants=rows)
+        for kind in (*ATTACKS, adaptive_instants("ghost")):
+            rows.append(InstantsRow(kind, 50, share(30), share(1), **attack))
+        tried = [adaptive("detected", True, adaptive_instants("ghost"))]
+        return entry("validator", name, instants=rows, adaptive=tried)
 
     (section,) = board([judged("worse", 0.8), judged("better", 0.97)])
     (table,) = section.parts
     assert isinstance(table, Table)
     first, second = ([cell.text for cell in cells] for cells in table.rows)
-    assert first[:5] == ["better", "4.0", "2.0", "97.0", "50.0"]
-    assert second[3:9] == ["80.0", "50.0", "40.0", "20.0", "2.0", "18.0"] == second[9:]
+    assert first[:6] == ["better", "yes", "4.0", "2.0", "97.0", "50.0"]
+    assert second[4:10] == ["80.0", "50.0", "40.0", "20.0", "2.0", "18.0"] == second[10:16]
+    assert second[16:] == ["40.0", "–"]
     assert len(first) == len(table.columns)
     # One of a single vehicle stands beside it in a table of its own.
     (both,) = board([judged("several", 0.9), entry("validator", "one", row("all", "facula", 9))])
@@ -190,6 +238,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert run(["benchmark", "board", str(tmp_path / "nothing")]) == 1
 
 
+SHARED = Path(__file__).parents[3] / "shared"
 KEPT = sorted((Path(__file__).parents[2] / "leaderboard").glob("*/entry.json"))
 
 
@@ -199,19 +248,36 @@ def test_entries_of_the_repository_are_of_todays_benchmark(path: Path) -> None:
     assert left_out(kept) == ""
     digests = {name: frozen.digest for name, frozen in frozen_sets().items()}
     digests[CLOSED_LOOP] = frozen_drives().digest
+    if KITTI in {row.scenes for row in kept.scenes}:
+        digests[KITTI] = frozen_labels().digest
     assert {row.scenes: row.digest for row in kept.scenes} == {
         name: digest for name, digest in digests.items() if name not in kept.skipped
     }
     assert "/" not in kept.made_by["platform"]
 
 
+def of_shared(kept: Entry) -> tuple[dict[str, str], Path]:
+    """The results that an entry was made of, and the labels; they are no part of the project."""
+    labels = SHARED / "safety_scenarios"
+    folders = [*(SHARED / "detections").iterdir()] if labels.is_dir() else []
+    for folder in folders:
+        if fingerprint(folder) == kept.part["results"]:
+            return {"name": "replayed", "detections": str(folder)}, labels
+    pytest.skip("../shared with these detections is absent")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", KEPT, ids=lambda path: path.parent.name)
 def test_entries_of_the_repository_are_made_again(path: Path, tmp_path: Path) -> None:
     kept = read_entry(path)
-    if kept.kind.sees:
+    labels = None
+    if KITTI in {row.scenes for row in kept.scenes}:
+        part, labels = of_shared(kept)
+    elif kept.kind.sees:
         pytest.skip("takes half an hour")
-    made = entered(kept.kind, kept.part, tmp_path, workers=0)
+    else:
+        part = kept.part
+    made = entered(kept.kind, part, tmp_path, labels=labels, workers=0)
     found, before = made.to_json(), kept.to_json()
     assert {name: found[name] for name in ("rows", "drives")} == {
         name: before[name] for name in ("rows", "drives")

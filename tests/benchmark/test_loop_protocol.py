@@ -40,6 +40,7 @@ def test_a_detector_by_the_error_models_that_are_named(tmp_path: Path) -> None:
         "unattacked", "", "patch", "unattacked",
     )  # fmt: skip
     assert patched.attack == PATCH
+    assert (clean.white_box, patched.white_box) == (None, False)
     assert clean.model == tmp_path / "clean.json"
     # What is known by its results alone is taken at its word.
     results = {"name": "replayed", "detections": "somewhere"}

@@ -7,14 +7,25 @@ from typing import Any
 
 import pytest
 
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.benchmark.protocol import (
+    ADAPTIVE,
     DETECTORS,
+    OPTICAL,
+    PERTURBATION,
+    QUIETER,
+    VALIDATED,
     Entered,
+    adaptive,
+    adaptive_attack,
     is_white_box,
     settings_of,
+    takes_gradients,
     unknowing_attacks,
 )
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.registry import Kind, make
 
 
 def by_name(kind: Entered, part: Any) -> dict[str, Any]:
@@ -29,6 +40,71 @@ def test_a_detector_is_attacked_by_its_own_gradients_where_it_has_any() -> None:
     assert [*known] == ["unattacked", "transferred", "patch", "white_box"]
     assert known["white_box"].parts["attack"] == known["transferred"].parts["attack"]["attack"]
     assert {each.against for each in known.values()} == {"", "unattacked"}
+
+
+def test_an_adaptive_attack_has_more_steps_and_the_same_budget() -> None:
+    """On contested scenes alone: own gradients twice, if there are any, and other detectors'."""
+    known = {each.name: each for each in settings_of(Entered.DETECTOR, "dsgn", "contested")}
+    assert [*known][-1] == ADAPTIVE
+    assert known[ADAPTIVE].parts is not None
+    attacks = known[ADAPTIVE].parts["attack"]["attacks"]
+    assert attacks == adaptive_attack("dsgn")["attacks"]
+    own, again, transferred = attacks
+    assert own == again == transferred["attack"]
+    assert transferred["of"] == "stereo_rcnn"
+    listed, stronger = (make(Kind.ATTACK, part) for part in (PERTURBATION, own))
+    assert stronger.budget == listed.budget
+    assert stronger.steps > listed.steps
+    # A black box is asked, and imitated by both of the package's detectors.
+    assert [each["of"] for each in adaptive_attack("oracle")["attacks"]] == [*DETECTORS]
+    defended = {"name": "defended", "detector": "dsgn", "defence": "jpeg"}
+    assert adaptive_attack(defended) == adaptive_attack("dsgn")
+
+
+def test_an_adaptive_attacker_of_validators_has_no_more_light_than_the_listed_one() -> None:
+    settings = {
+        each.name: each for each in settings_of(Entered.VALIDATOR, "thresholds", "contested")
+    }
+    assert len(settings) == 8
+    for case in OPTICAL:
+        under, listed = settings[adaptive(case)], settings[f"{case}{VALIDATED}"]
+        assert (under.parts, under.against) == (listed.parts, listed.name)
+        assert under.attempts == QUIETER[case]
+        assert not listed.attempts
+    listed_light, light = Facula(), [make(Kind.OPTICAL_ATTACK, part) for part in QUIETER["facula"]]
+    for each in light:
+        assert each.camera == listed_light.camera
+        assert each.radius < min(listed_light.radius)
+        assert each.strength <= listed_light.strength
+    assert len({(each.centre, each.radius, each.strength) for each in light}) == 20
+    plane = LidarSpoofing()
+    planes = [make(Kind.OPTICAL_ATTACK, part) for part in QUIETER["lidar_spoofing"]]
+    assert len({(each.distance, each.width, each.rays_lost) for each in planes}) == 12
+    for each in planes:
+        assert each.width <= plane.width
+        assert each.height == plane.height
+        assert min(each.distance) >= min(plane.distance)
+
+
+@pytest.mark.parametrize(
+    ("attack", "white"),
+    [
+        ("fgsm", True),
+        ({"name": "strongest", "attacks": ["fgsm"]}, True),
+        ({"name": "transferred", "attack": "fgsm", "of": "oracle"}, False),
+        ({"name": "patch", "patch": "of a machine that is not here"}, False),
+        ("facula", False),
+        ("random_noise", False),
+        ("of_a_package_that_is_not_installed", None),
+    ],
+)
+def test_a_white_box_is_one_whose_own_gradients_are_taken(attack: Any, white: bool | None) -> None:
+    assert takes_gradients(attack) is white
+
+
+def test_an_attack_of_the_toolbox_climbs_gradients_or_asks_for_the_loss() -> None:
+    pytest.importorskip("art")
+    assert takes_gradients({"name": "art", "method": "BasicIterativeMethod"})
 
 
 def test_gradients_are_transferred_from_another_detector() -> None:

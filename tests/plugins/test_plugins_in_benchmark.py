@@ -51,7 +51,8 @@ def few(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "frozen_drives", lambda: drives)
     for module in (protocol, loop_protocol):
         monkeypatch.setattr(module, "DETECTORS", ("oracle", "stereo_clusters"))
-    monkeypatch.setattr(protocol, "PERTURBATION", {"name": "random_noise", "strength": 8.0})
+    for name in ("PERTURBATION", "STRONGER"):
+        monkeypatch.setattr(protocol, name, {"name": "random_noise", "strength": 8.0})
     monkeypatch.setattr(protocol, "OPTICAL", {"shift": ("oracle", {"name": "shifted_image"})})
 
 
@@ -83,6 +84,8 @@ def test_twice_the_same(
     second = json.loads(avsec(*words, tmp_path / "two").stdout)
     assert second["rows"] == first["rows"]
     assert second["drives"] == first["drives"]
+    # A plug-in's optical attack takes no gradient; a planner and a validator are attacked by none.
+    assert first["white_box"] is (False if kind in ("detector", "attack") else None)
     driven = [row["setting"] for row in first["drives"]]
     assert driven == (["truth", "dsgn", "dsgn_patch"] if kind == "planner" else [])
     assert [*first["skipped"]] == ([CLOSED_LOOP] if kind in ("detector", "attack") else [])

@@ -10,21 +10,24 @@
     } catch { /* then the choice lasts as long as the page */ }
     return value ?? null;
   };
-  let shown = "auto";
-  const show = (choice) => {
-    shown = choice;
-    if (choice === "auto") delete root.dataset.theme;
-    else root.dataset.theme = choice;
-    button.textContent = `Colours: ${choice}`;
-  };
-  show(stored("avsec-theme") ?? "auto");
-  button.hidden = false;
-  button.addEventListener("click", () => {
-    const order = ["auto", "light", "dark"];
-    const choice = order[(order.indexOf(shown) + 1) % order.length];
-    stored("avsec-theme", choice);
-    show(choice);
-  });
+  // A page of the documentation site has a switch of its own.
+  if (button) {
+    let shown = "auto";
+    const show = (choice) => {
+      shown = choice;
+      if (choice === "auto") delete root.dataset.theme;
+      else root.dataset.theme = choice;
+      button.textContent = `Colours: ${choice}`;
+    };
+    show(stored("avsec-theme") ?? "auto");
+    button.hidden = false;
+    button.addEventListener("click", () => {
+      const order = ["auto", "light", "dark"];
+      const choice = order[(order.indexOf(shown) + 1) % order.length];
+      stored("avsec-theme", choice);
+      show(choice);
+    });
+  }
 
   const theirs = document.querySelector("button.thesis-values");
   if (theirs && document.querySelector(".theirs, td .thesis")) {
