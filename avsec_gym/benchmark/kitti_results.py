@@ -87,7 +87,7 @@ def _rows(run: Results, scenes: SceneSet, truth: Mapping[str, Boxes3D]) -> list[
             EntryRow(
                 scenes=scenes.name,
                 setting=setting,
-                rates=SafetyRates.of(records, clustered=True),
+                rates=SafetyRates.of(records),
                 precision=moderate_precision(found, truth) if detected and found else None,
                 against=TRUTH if detected else "",
                 paired=paired_differences(by_setting[TRUTH], records) if detected else None,
