@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
 
+from avsec_gym.attacks.patch_files import Patch, PatchCard, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter5 import attacked_episodes
@@ -233,3 +235,24 @@ def test_a_stronger_attack_is_filed_by_its_steps(configuration: Configuration) -
     assert changes == {1: pytest.approx(1.0, abs=1e-4), 2: pytest.approx(2.0, abs=1e-4)}
     again = work.again("stereo_rcnn", "eot_pgd-4", ID, Intention.LEFT, 2)
     assert again.episode.record == result.episodes[3].record
+
+
+@pytest.mark.slow
+def test_the_ghost_that_is_measured_is_as_wide_as_in_the_training(
+    configuration: Configuration, tmp_path: Path
+) -> None:
+    losses = {}
+    for width in (None, 0.5, 1.63):
+        folder = tmp_path / str(width)
+        folder.mkdir()
+        card = PatchCard(training={"ghost_width": width})
+        save_patch(folder / "stereo_rcnn.safetensors", replace(Patch.grey(), card=card))
+        options = {**configuration.options, "patches": str(folder)}
+        result = AttackedEpisodes(replace(configuration, options=options))(
+            "stereo_rcnn", "patch-random", ID
+        )
+        found = {row.name: row.value for row in result.measurements}
+        assert found["change"] > 0
+        losses[width] = found["clean_ghost_loss"]
+    # The same place and the same clean frame: only the ghost differs.
+    assert len(set(losses.values())) == 3
