@@ -202,7 +202,8 @@ def test_stored_detections_are_planned_on_anew_as_they_were(
         )
         return [record.to_json() for record in found[clean, "same"]]
 
-    stored = [each.record.to_json() for each in result.episodes]
+    episodes = sorted(result.episodes, key=lambda each: each.record.intention)
+    stored = [each.record.to_json() for each in episodes]
     assert anew(row.boxes) == stored
     assert anew(replace(row.boxes, moving=np.zeros(3, bool))) != stored
 
