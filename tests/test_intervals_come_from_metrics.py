@@ -34,6 +34,7 @@ TESTS_OF_SCIPY = {
 INDEPENDENT = {
     "studies/chapter3/real_frames.py": "draws of the attacks on one frame, of which a row states",
     "studies/chapter3/shipped_fits/judge.py": "each frame is a drive of its own; else as above",
+    "studies/reproduce/page.py": "results that hold a share and its number of independent cases",
 }
 """Who counts cases without clusters (`Share.of_counts`), and why these have none."""
 _LEVELS = {0.025, 0.975, 2.5, 97.5}

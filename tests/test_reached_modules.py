@@ -31,7 +31,6 @@ LIBRARY = {
     # Which objects of a scene a car must not miss; studies ask it.
     "evaluation.contested_objects": "docs/average_precision.md",
     # Measures of perception of one's own detections; studies compare them.
-    "metrics.concordance": "docs/average_precision.md",
     "metrics.planning_kl": "docs/average_precision.md",
     "metrics.scene_precision": "docs/average_precision.md",
     "metrics.support_distance": "docs/average_precision.md",

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
 from studies.reproduce.conclusions import LEAST_CLUSTERS, WIDEST, Decided, conclusion, decision
 from studies.reproduce.rows import MOST, NEARLY_ALL, Claim, Kind, Measured, ThesisRow, Unit
@@ -154,9 +154,9 @@ def _estimate(measured: Measured, root: Path) -> Estimate | None:
     if measured.interval is not None:
         return Estimate(value, bounds_at(measured.interval, root))
     if measured.cases is not None:
-        cases = number_at(measured.cases, root)
-        bounds = wilson_interval(round(value * cases), int(cases)) if cases else None
-        return Estimate(value, bounds)
+        cases = number_at(measured.cases, root) or 0
+        share = Share.of_counts(round(value * cases), int(cases))
+        return Estimate(value, share.interval)
     return Estimate(value)
 
 

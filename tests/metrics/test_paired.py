@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 
 from avsec_gym.metrics.estimate import NOTHING, Estimate
-from avsec_gym.metrics.paired import holm_p, paired_differences
+from avsec_gym.metrics.paired import holm_p, paired_differences, scenario_p
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRates, SafetyRecord
 
 
@@ -151,3 +152,15 @@ def test_drives_are_drawn_whole() -> None:
     alone = paired_differences(*repeated, cluster=lambda one: "")
     assert alone is not None
     assert alone.safe_driving_rate == Estimate(pytest.approx(-0.4), None)
+
+
+def test_scenarios_are_counted_by_what_their_episodes_gain_together() -> None:
+    """Of eight scenarios with three episodes seven gain, of which one also loses, and one loses."""
+    before = [UNPLANNED, UNPLANNED, SAFE] * 7 + [SAFE, UNPLANNED, SAFE]
+    after = [SAFE, SAFE, SAFE] * 6 + [SAFE, SAFE, UNPLANNED] + [UNPLANNED, UNPLANNED, SAFE]
+    one, other = (
+        [replace(each, scenario=str(n // 3)) for n, each in enumerate(records(outcomes))]
+        for outcomes in (before, after)
+    )
+    assert scenario_p(one, other) == pytest.approx(binomtest(1, 8).pvalue)
+    assert scenario_p(other, one) == scenario_p(one, other)
