@@ -29,7 +29,7 @@ OWN, EACH = 13, 9
 RANGE = 50.0
 """Metres of the plane that an observation's x reaches; its y reaches 20 m."""
 MOST_PIXELS = 10_000
-"""Of an observed image's side."""
+"""The largest side of an observed image, pixels."""
 
 
 class DriverObservation(ObservationType):  # type: ignore[misc]
