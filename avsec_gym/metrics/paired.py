@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -122,6 +123,33 @@ def paired_differences(
         became_safe=gained,
         mcnemar_p=mcnemar_p(lost, gained) if alone else None,
     )
+
+
+def scenario_p(before: Sequence[SafetyRecord], after: Sequence[SafetyRecord]) -> float:
+    """The p-value of scenarios' gaining as often as losing, from one input to another.
+
+    A scenario, with all its intentions, gains if more of its episodes are safe: McNemar's exact
+    test of scenarios, which does not take its episodes for independent.
+
+    Args:
+        before: Records.
+        after: Records of the same scenarios and intentions in the same order.
+
+    Example:
+        >>> def of(*outcomes: str) -> list[SafetyRecord]:
+        ...     return [
+        ...         SafetyRecord(str(n // 2), str(n % 2), outcome, 1.5, 1, 9.0, 1.5)
+        ...         for n, outcome in enumerate(outcomes)
+        ...     ]
+        >>> unsafe, safe = of(*6 * ["collision", "safe"]), of(*12 * ["safe"])
+        >>> scenario_p(unsafe, safe), scenario_p(safe, safe)
+        (0.03125, 1.0)
+    """
+    change: Counter[str] = Counter()
+    for one, other in zip(before, after, strict=True):
+        change[one.scenario] += other.safe - one.safe
+    gained, lost = (sum(sign * net > 0 for net in change.values()) for sign in (1, -1))
+    return mcnemar_p(lost, gained)
 
 
 def holm_p(rows: Sequence[PairedRates | None]) -> list[float | None]:

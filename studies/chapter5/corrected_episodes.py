@@ -6,7 +6,6 @@ An oracle corrects each kind of error by the labels, and all else stays as it wa
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -27,9 +26,8 @@ from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.ghosts import SAME, ghosts, iou_from_above
-from avsec_gym.metrics.intervals import mcnemar_p
 from avsec_gym.metrics.many_comparisons import holm_adjusted
-from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.paired import paired_differences, scenario_p
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -113,33 +111,6 @@ def corrected_rows(
         replace(row, p_holm=None if np.isnan(value) else float(value))
         for row, value in zip(rows, p, strict=True)
     ]
-
-
-def scenario_p(before: Sequence[SafetyRecord], after: Sequence[SafetyRecord]) -> float:
-    """The p-value of scenarios' gaining as often as losing, from one input to another.
-
-    A scenario, with all its intentions, gains if more of its episodes are safe: McNemar's exact
-    test of scenarios, which does not take its episodes for independent.
-
-    Args:
-        before: Records.
-        after: Records of the same scenarios and intentions in the same order.
-
-    Example:
-        >>> def of(*outcomes: str) -> list[SafetyRecord]:
-        ...     return [
-        ...         SafetyRecord(str(n // 2), str(n % 2), outcome, 1.5, 1, 9.0, 1.5)
-        ...         for n, outcome in enumerate(outcomes)
-        ...     ]
-        >>> unsafe, safe = of(*6 * ["collision", "safe"]), of(*12 * ["safe"])
-        >>> scenario_p(unsafe, safe), scenario_p(safe, safe)
-        (0.03125, 1.0)
-    """
-    change: Counter[str] = Counter()
-    for one, other in zip(before, after, strict=True):
-        change[one.scenario] += other.safe - one.safe
-    gained, lost = (sum(sign * net > 0 for net in change.values()) for sign in (1, -1))
-    return mcnemar_p(lost, gained)
 
 
 def gain(before: Sequence[SafetyRecord], after: Sequence[SafetyRecord]) -> Estimate:
