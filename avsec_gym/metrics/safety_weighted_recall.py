@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
 from avsec_gym.image_only import is_image_only
-from avsec_gym.metrics.cluster_bootstrap import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap
 from avsec_gym.metrics.contact_recall import HORIZON, MARGIN, contact_weights
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.ghosts import meant
@@ -169,14 +169,7 @@ def _obstacles(boxes: Boxes3D) -> Boxes3D:
 
 def _share(sums: Floats, resamples: int, seed: int) -> Estimate:
     """Found of all weight, shape (F, 2) by frame, with its interval."""
-    found, there = sums.sum(axis=0)
-    if not there:
-        return Estimate(None)
+    found, there = sums.T
     if not resamples:
-        return Estimate(float(found / there))
-    drawn = draw_resamples(len(sums), resamples, seed) @ sums
-    with np.errstate(invalid="ignore"):
-        shares = drawn[:, 0] / drawn[:, 1]
-    known = shares[np.isfinite(shares)]
-    bounds = np.quantile(known, (0.025, 0.975)) if len(known) else ()
-    return Estimate(float(found / there), [float(bound) for bound in bounds] or None)
+        return Estimate(float(found.sum() / there.sum()) if there.any() else None)
+    return ClusterBootstrap(len(sums), resamples, seed).ratio(found, there).estimate

@@ -139,9 +139,15 @@ def test_frames_belong_together() -> None:
         safety_weighted_recall([cars(LATER)], [])
 
 
+def test_of_a_single_frame_there_is_no_interval() -> None:
+    frames = [cars(LATER)]
+    assert safety_weighted_recall(frames, frames, resamples=10).recall.interval is None
+
+
 def test_as_json() -> None:
-    found = safety_weighted_recall([cars(LATER)], [cars(LATER)], resamples=10).to_json()
+    frames = [cars(LATER)] * 2
+    found = safety_weighted_recall(frames, frames, resamples=10).to_json()
     assert found == {
-        "recall": 1.0, "recall_interval": [1.0, 1.0], "frames": 1, "weighed": 1, "threshold": 0.3,
+        "recall": 1.0, "recall_interval": [1.0, 1.0], "frames": 2, "weighed": 2, "threshold": 0.3,
         "by_intention": {"left": None, "straight": 1.0, "right": None},
     }  # fmt: skip

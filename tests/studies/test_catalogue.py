@@ -81,8 +81,10 @@ def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model
     drives = [step for step in study.steps if "drive" in step.words]
     folders = [step.words[step.words.index("--out") + 1] for step in drives]
     assert folders == [f"$runs/closed_loop/{name}" for name in SETS]
-    for step in drives:
+    *by_error_models, rendered = drives
+    for step in by_error_models:
         assert set(shipped_error_models()) <= set(step.words)
+    assert {"detector", "attacked", "defended"} <= set(rendered.words)
     given = {"tracking": ["/data/tracking"], "runs": ["runs"]}
     [place] = [word for word in drives[2].filled(given) if word.startswith("{")]
     assert json.loads(place) == {"source": "kitti_tracking", "root": "/data/tracking"}

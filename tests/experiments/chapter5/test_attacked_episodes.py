@@ -202,8 +202,8 @@ def test_stored_detections_are_planned_on_anew_as_they_were(
         )
         return [record.to_json() for record in found[clean, "same"]]
 
-    episodes = sorted(result.episodes, key=lambda each: each.record.intention)
-    stored = [each.record.to_json() for each in episodes]
+    records = sorted((each.record for each in result.episodes), key=lambda one: one.intention)
+    stored = [record.to_json() for record in records]
     assert anew(row.boxes) == stored
     assert anew(replace(row.boxes, moving=np.zeros(3, bool))) != stored
 

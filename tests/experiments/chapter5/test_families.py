@@ -18,12 +18,12 @@ from avsec_gym.experiments.chapter5.families import (
     family_figures,
     figures_of,
 )
-from avsec_gym.experiments.chapter5.losses import Losses, Sampled, losses
+from avsec_gym.experiments.chapter5.losses import Losses, losses
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import FAMILIES
 from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.metrics.average_precision import average_precision
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import Sampled, draw_resamples
 
 NAMES = [("thesis_pgd-1", float(n)) for n in (1, 2, 3, 4)] + [
     ("patch-random", 0.0), ("patch-specific", 0.0), ("joint-random", 0.0),

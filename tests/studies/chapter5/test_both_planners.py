@@ -11,7 +11,7 @@ import pytest
 
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.json_rows import row_json, row_of
-from avsec_gym.metrics.average_precision_curves import draw_resamples
+from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention

@@ -8,7 +8,7 @@ other does not show that the others do not go together.  Of ``alike`` attacks, s
 take no safety at all, there is no correlation, and of ``few`` scenarios there is no answer.
 
 The same is asked within each family of attacks.  Where attacks of a family go together, but not all
-attacks, the detector is coupled ``within`` families: a point of precision then costs another amount
+attacks, the detector is coupled ``within`` families: a point of precision may cost another amount
 of safety in another family, which is no evidence against either.  Where all go together, but not
 those of some family, it is coupled ``across`` families.
 """

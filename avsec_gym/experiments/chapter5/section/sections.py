@@ -135,7 +135,7 @@ def sections_of(figures: ChapterFigures) -> list[Section]:
             context=_correlation(found.decoupling.rank_correlation["both"]),
             text_tables=[loss_table(exact), seen],
         ),
-        _family_section(found.families),
+        *([_family_section(found.families)] if found.families.rows else []),
         *_contested_section(found),
         _precision_section(found, [table for table in of_thesis if _is_of_precision(table)]),
         _safety_section(
@@ -201,7 +201,11 @@ def _contested_section(found: AttackFigures) -> list[Section]:
     tables = [
         contested_rate_table(contested),
         contested_loss_table(found.decoupling.attacks, contested.decoupling.attacks),
-        contested_family_table(found.families, contested.families),
+        *(
+            [contested_family_table(found.families, contested.families)]
+            if found.families.rows
+            else []
+        ),
     ]
     return [
         Section(

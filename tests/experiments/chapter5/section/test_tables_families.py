@@ -8,7 +8,7 @@ from avsec_gym.drawing.page_table import UNKNOWN
 from avsec_gym.experiments.chapter5.contested_scenes import ContestedFigures, ContestedRates
 from avsec_gym.experiments.chapter5.decoupling import AttackRow, Decoupling
 from avsec_gym.experiments.chapter5.families import FamilyFigures, figures_of
-from avsec_gym.experiments.chapter5.losses import Losses, Sampled
+from avsec_gym.experiments.chapter5.losses import Losses
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.section.tables_families import (
     compared_table,
@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter5.section.tables_families import (
     contested_rate_table,
     family_table,
 )
+from avsec_gym.metrics.cluster_bootstrap import Sampled
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import COLLISION, SAFE, SafetyRates, SafetyRecord
 
