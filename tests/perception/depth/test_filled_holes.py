@@ -24,9 +24,7 @@ def by_scipy(disparity: Disparity) -> Disparity:
         ends = values[known[0]], values[known[-1]]
         # `interp1d` takes two places or more.
         places, at = np.r_[-1, known, len(values)], np.r_[ends[0], values[known], ends[1]]
-        left, right = (
-            interp1d(places, at, kind=kind)(columns) for kind in ("previous", "next")
-        )
+        left, right = (interp1d(places, at, kind=kind)(columns) for kind in ("previous", "next"))
         result[row] = np.minimum(left, right)
     whole = np.flatnonzero(np.isfinite(result).all(axis=1))
     for row in range(len(result)):
