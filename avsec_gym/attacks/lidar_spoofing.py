@@ -24,7 +24,8 @@ from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.sensor_system import LIDAR, Sensor
 
-_ELEVATIONS = np.radians(np.r_[np.linspace(2.4, -7.8, 32), np.linspace(-8.35, -23.6, 32)])
+RING_ELEVATIONS = np.radians(np.r_[np.linspace(2.4, -7.8, 32), np.linspace(-8.35, -23.6, 32)])
+"""Of the 64 lasers of a Velodyne HDL-64E, radians, from the highest down."""
 _COLUMNS = 2007
 RANGE_NOISE = 0.01
 """Standard deviation of ranges, metres."""
@@ -180,7 +181,7 @@ def lidar_beams(phase: float) -> Floats:
         phase: Share of the way from one pulse to the next at which the turn begins.
     """
     azimuth = (np.arange(_COLUMNS) + phase) * (2 * np.pi / _COLUMNS)
-    up = _ELEVATIONS[:, None]
+    up = RING_ELEVATIONS[:, None]
     rays = np.empty((len(up), _COLUMNS, 3))
     rays[..., 0], rays[..., 1] = np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth)
     rays[..., 2] = np.sin(up)
