@@ -25,7 +25,7 @@ from avsec_gym.rig import SensorRig
 from avsec_gym.sensor_system import LIDAR, Sensor
 
 RING_ELEVATIONS = np.radians(np.r_[np.linspace(2.4, -7.8, 32), np.linspace(-8.35, -23.6, 32)])
-"""Of the 64 lasers of a Velodyne HDL-64E, radians, from the highest down."""
+"""Elevations of the 64 lasers of a Velodyne HDL-64E, radians, from the highest down."""
 _COLUMNS = 2007
 RANGE_NOISE = 0.01
 """Standard deviation of ranges, metres."""

@@ -65,7 +65,7 @@ def image_pairs(root: Path) -> list[ImagePair]:
     Raises:
         DataError: There is no pair.
     """
-    pairs = []
+    pairs, root = [], root.resolve()
     for name, other in FOLDERS.items():
         for folder in sorted(root.rglob(name)):
             beside = folder.with_name(other)

@@ -84,20 +84,23 @@ class CleanPairs:
         pairs: The pairs.
         seen: What is seen of each.
         rate: r.
+        radii: Radii of discs, pixels of an image 1242 wide.
     """
 
     pairs: Sequence[ImagePair]
     seen: Sequence[SeenPair]
     rate: float
+    radii: Sequence[float]
 
     @cached_property
     def brightness(self) -> list[float]:
         """Of each pair."""
         return [each.brightness for each in self.seen]
 
-    def discs(self, radius: float) -> list[float]:
-        """The brightest disc of each pair."""
-        return [each.disc(radius) for each in self.seen]
+    @cached_property
+    def discs(self) -> list[list[float]]:
+        """Of each of `radii` the brightest disc of each pair."""
+        return [[each.disc(radius) for each in self.seen] for radius in self.radii]
 
     def threshold(
         self, values: Sequence[float], without: str | None = None
@@ -126,7 +129,9 @@ def run(options: argparse.Namespace) -> RealPairsResult:
     chosen = replace(table, least_brightness=0.0).thresholds(options.rate)
     rendered = min(limit.brightness for limit in chosen.values())
     frames = [pair.frame() for pair in pairs]
-    clean = CleanPairs(pairs, [seen_pair(frame, depth) for frame in frames], options.rate)
+    clean = CleanPairs(
+        pairs, [seen_pair(frame, depth) for frame in frames], options.rate, options.radii
+    )
     raised = clean.threshold(clean.brightness)
     assert raised is not None, "no scene is left out"
     if options.fits is not None:
@@ -140,10 +145,8 @@ def run(options: argparse.Namespace) -> RealPairsResult:
         origin=origin_of(table.on),
         raised=raised,
         pairs=rows,
-        false_alarms={
-            rule: share_of([row.alarms[rule] for row in rows], scenes) for rule in RULES[:2]
-        },
-        floors=[_floor(clean, radius) for radius in options.radii],
+        false_alarms={rule: share_of([row.alarms[rule] for row in rows], scenes) for rule in RULES},
+        floors=[_floor(clean, place) for place in range(len(options.radii))],
         lights=_lights(clean, frames, depth, rendered, options),
     )
 
@@ -177,30 +180,60 @@ def raise_fits(folder: Path, least: float) -> None:
         table.write(path, overwrite=True)
 
 
-def _clean_rows(clean: CleanPairs, rendered: float) -> list[CleanPair]:
-    rows = []
-    for pair, seen in zip(clean.pairs, clean.seen, strict=True):
-        limits = _limits(clean, pair.scene, rendered)
-        rows.append(
-            CleanPair(
-                pair.id,
-                pair.scene,
-                seen.brightness,
-                seen.difference.pixel_noise,
-                {rule: seen.brightness > limits[rule] for rule in RULES[:2]},
-            )
+@dataclass(frozen=True)
+class Limits:
+    """What a pair is judged by; its own scene has no say in what comes from real pairs.
+
+    Args:
+        rendered: Threshold of brightness from rendered frames.
+        raised: The same, raised by other scenes.
+        discs: The brightest clean disc of each size in other scenes; None: there is no other.
+    """
+
+    rendered: float
+    raised: float
+    discs: Sequence[float] | None
+
+    def alarms(self, seen: SeenPair, radii: Sequence[float]) -> dict[str, bool]:
+        """By `RULES`.
+
+        Args:
+            seen: What is seen of the pair.
+            radii: Of the discs.
+        """
+        shines = self.discs is not None and any(
+            seen.disc(radius) > limit for radius, limit in zip(radii, self.discs, strict=True)
         )
-    return rows
+        found = (seen.brightness > self.rendered, seen.brightness > self.raised, shines)
+        return dict(zip(RULES, found, strict=True))
 
 
-def _limits(clean: CleanPairs, scene: str, rendered: float) -> dict[str, float]:
-    """Thresholds of brightness for a scene, that it has no say in."""
+def limits_of(clean: CleanPairs, scene: str, rendered: float) -> Limits:
+    """What the pairs of a scene are judged by."""
     others = clean.threshold(clean.brightness, without=scene)
-    return {"rendered": rendered, "raised": max(rendered, others.value if others else 0.0)}
+    if others is None:
+        return Limits(rendered, rendered, None)
+    discs = [clean.threshold(values, without=scene) for values in clean.discs]
+    return Limits(
+        rendered, max(rendered, others.value), [disc.value for disc in discs if disc is not None]
+    )
 
 
-def _floor(clean: CleanPairs, radius: float) -> DiscFloor:
-    floor = clean.threshold(clean.discs(radius))
+def _clean_rows(clean: CleanPairs, rendered: float) -> list[CleanPair]:
+    return [
+        CleanPair(
+            pair.id,
+            pair.scene,
+            seen.brightness,
+            seen.difference.pixel_noise,
+            limits_of(clean, pair.scene, rendered).alarms(seen, clean.radii),
+        )
+        for pair, seen in zip(clean.pairs, clean.seen, strict=True)
+    ]
+
+
+def _floor(clean: CleanPairs, place: int) -> DiscFloor:
+    radius, floor = clean.radii[place], clean.threshold(clean.discs[place])
     assert floor is not None, "no scene is left out"
     noise = float(np.median([each.difference.pixel_noise for each in clean.seen]))
     return DiscFloor(
@@ -222,23 +255,17 @@ def _lights(
     rows, cases = [], [(r, s) for r in options.radii for s in options.strengths]
     start = time.perf_counter()
     scenes = [pair.scene for pair in clean.pairs]
+    limits = [limits_of(clean, scene, rendered) for scene in scenes]
     for done, (radius, strength) in enumerate(cases, start=1):
-        discs = clean.discs(radius)
         hits = np.zeros((len(frames), options.draws, len(RULES)), bool)
         for number, frame in enumerate(frames):
-            limits = _limits(clean, scenes[number], rendered)
-            others = clean.threshold(discs, without=scenes[number])
             for draw in range(options.draws):
                 # Either camera in turn; of one draw all lights stand at one place.
                 camera = (LEFT, RIGHT)[draw % 2]
                 light = Facula(camera, radius, strength=strength)
                 lit = light.attack(frame, (options.seed, number, draw)).frame
-                seen = seen_pair(lit, depth)
-                bright = [seen.brightness > limits[rule] for rule in RULES[:2]]
-                hits[number, draw] = (
-                    *bright,
-                    others is not None and seen.disc(radius) > others.value,
-                )
+                alarms = limits[number].alarms(seen_pair(lit, depth), clean.radii)
+                hits[number, draw] = [alarms[rule] for rule in RULES]
         rows.append(
             FaintLight(
                 radius,

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.tolerance import ToleranceThreshold
 
-RULES = ("rendered", "raised", "disc")
+RULES = ("rendered", "raised", "discs")
 """The threshold of brightness from rendered frames; the same raised by clean real pairs; the mean
-over discs of the light's own size against that of clean real pairs."""
+over discs of any of the study's sizes, against that of clean real pairs."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class CleanPair:
         scene: Its scene.
         brightness: `Brightness.patches`.
         pixel_noise: Standard deviation of single pixels, grey levels.
-        alarms: By `RULES` but the last; a scene is judged by a threshold raised by the others.
+        alarms: By `RULES`; a scene is judged by what the others alone have raised.
     """
 
     id: str
@@ -79,7 +79,7 @@ class RealPairsResult:
         origin: Where that comes from.
         raised: Threshold of brightness of all clean real pairs.
         pairs: Each clean pair.
-        false_alarms: By `RULES` but the last.
+        false_alarms: By `RULES`.
         floors: By size.
         lights: By size and strength.
     """

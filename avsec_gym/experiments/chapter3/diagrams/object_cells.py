@@ -45,7 +45,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.runs.experiment import CellResult, Configuration, DetectionRow, Measurement
 
 WIDTH = "width"
-"""Of the reference's image, pixels."""
+"""Width of the reference's image, pixels."""
 
 
 def seen_setting(detector: str, part: str, what: str, camera: int) -> str:

@@ -42,7 +42,7 @@ from avsec_gym.runs.results import Results
 from avsec_gym.validation.recordings import drive_of
 
 Boxes = Mapping[str, Boxes3D]
-"""By frame."""
+"""The boxes of each frame."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class ObjectRates:
 def object_rates(
     results: Results, configuration: Configuration, rate: float, fewest: int
 ) -> ObjectRates | None:
-    """Of a run; None with too few frames.
+    """The rates of a run; None with too few frames.
 
     Args:
         results: The results of a run.
@@ -178,7 +178,7 @@ def _believed(
 
 @dataclass(frozen=True, eq=False)
 class _Mismatches:
-    """Of N frames, by `IOUS`."""
+    """Counts of N frames, a column for each of `IOUS`."""
 
     frames: Sequence[str]
     counts: NDArray[np.float64]
@@ -201,7 +201,7 @@ class _Counts:
     least: float
 
     def of(self, part: str, variant: Variant | None, scan: int, least: float) -> _Mismatches | None:
-        """Of all frames that were shown to both; None: there are none.
+        """Counts of all frames that were shown to both; None: there are none.
 
         Args:
             part: `FITTED` or `JUDGED`.

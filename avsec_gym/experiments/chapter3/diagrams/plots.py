@@ -59,7 +59,7 @@ class Curve(NamedTuple):
     kind: str
     words: str
     shares: Mapping[float, Share]
-    """By the variants' amount."""
+    """Shares by the variants' amount."""
     thesis: float | None = None
     """The thesis' figure, marked where the intervals of this line hold it."""
 

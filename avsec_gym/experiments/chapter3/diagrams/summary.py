@@ -58,7 +58,7 @@ FEWEST = 20
 """Frames of each part, below which nothing is summed up."""
 NO_CHANGE = "none"
 SCENARIO = "LiDAR and two cameras"
-"""Whose three sensors detect by thresholds; four are named, and judged by likelihood."""
+"""Three sensors that detect by thresholds; likelihood detects by four, and all rules name four."""
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,10 @@ FORMS: Mapping[str, str] = {
     SHELL: "a shell, 2.5 m deep",
     CLOUD: "a real car’s points",
 }
-"""Of bogus objects, and what they are called."""
+"""Forms of bogus objects, and what they are called."""
 GAUSSIAN, FLAT, RED = "gaussian", "flat", "red"
 LIGHTS: Mapping[str, str] = {GAUSSIAN: "Gaussian", FLAT: "flat-topped", RED: "red"}
-"""Of faculae, and what they are called."""
+"""Lights, and what they are called."""
 SATURATED = 0.6
 """Share of a flat-topped light's radius in which the sensor overflows."""
 LASER_RED = (1.0, 0.2, 0.1)

@@ -153,7 +153,7 @@ def test_one_real_pair_shines_and_raises_the_threshold_for_the_others(
     faint, strong = made.lights
     assert faint.strength < floor.peak < strong.strength
     assert faint.detected["rendered"].count <= 2
-    for rule in ("raised", "disc"):
+    for rule in ("raised", "discs"):
         assert strong.detected[rule].count >= faint.detected[rule].count + 2, rule
     assert page.main([str(tmp_path / "found.json"), "--out", str(tmp_path / "page.md")]) == 0
     text = (tmp_path / "page.md").read_text()
