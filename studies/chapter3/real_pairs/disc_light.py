@@ -2,8 +2,9 @@
 
 The mean over a disc is what remains of a faint light when the noise of single pixels is averaged
 out.  Clean pairs have discs, too, that differ: surfaces that shine into one camera, a matcher's
-errors.  No threshold on that mean separates a light that is no brighter than the brightest clean disc of its
-size from a clean pair: that is where physics ends it, for whoever compares two images this way.
+errors.  No threshold on that mean separates a light that is no brighter than the brightest clean
+disc of its size from a clean pair: that is where physics ends it, for whoever compares two images
+this way.
 """
 
 from __future__ import annotations
