@@ -81,7 +81,8 @@ def brightest_disc(difference: PairDifference, radius: float) -> float:
     while radius >= 2 * _SHRUNK:
         size = max(values.shape[1] // 2, 1), max(values.shape[0] // 2, 1)
         values, weights = (
-            cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in (values, weights)
+            np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA), np.float32)
+            for part in (values, weights)
         )
         radius /= 2
     reach = int(radius)

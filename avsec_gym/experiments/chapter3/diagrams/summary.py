@@ -255,8 +255,8 @@ def judged_frames(table: EvidenceTable, fitted: Fitted, states: States) -> Judge
         table.frames,
         table.drives,
         alarms,
-        {rule: (sensors == states[0]).all(axis=1) for rule, sensors in named.items()},
-        {rule: sensors.any(axis=1) for rule, sensors in named.items()},
+        {rule: np.asarray((sensors == states[0]).all(axis=1)) for rule, sensors in named.items()},
+        {rule: np.asarray(sensors.any(axis=1)) for rule, sensors in named.items()},
     )
 
 
