@@ -24,9 +24,11 @@ from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.sensor_system import LIDAR, Sensor
 
-_ELEVATIONS = np.radians(np.r_[np.linspace(2.4, -7.8, 32), np.linspace(-8.35, -23.6, 32)])
+RING_ELEVATIONS = np.radians(np.r_[np.linspace(2.4, -7.8, 32), np.linspace(-8.35, -23.6, 32)])
+"""Elevations of the 64 lasers of a Velodyne HDL-64E, radians, from the highest down."""
 _COLUMNS = 2007
-_NOISE = 0.01
+RANGE_NOISE = 0.01
+"""Standard deviation of ranges, metres."""
 _BEARINGS = np.radians(np.linspace(-90.0, 90.0, 1801))
 
 
@@ -96,10 +98,12 @@ class LidarSpoofing:
         rig = SensorRig(frame.calibration)
         random = np.random.default_rng(seed)
         distance, bearing = self._place(frame, rig, random)
-        beams = _beams(random.random())
+        beams = lidar_beams(random.random())
         reach = self._reach(beams, rig, distance, bearing)
         met = np.isfinite(reach)
-        places = beams[met] * (reach[met] + _NOISE * random.standard_normal(met.sum()))[:, None]
+        places = (
+            beams[met] * (reach[met] + RANGE_NOISE * random.standard_normal(met.sum()))[:, None]
+        )
         bogus = np.c_[places, np.full(len(places), self.reflectance)].astype(np.float32)
         lost = self._reach(scan[:, :3], rig, distance, bearing) < 1 if self.rays_lost else None
         kept = scan if lost is None else scan[~lost]
@@ -170,10 +174,14 @@ class LidarSpoofing:
         return float(whole[0]), float(whole[-1])
 
 
-def _beams(phase: float) -> Floats:
-    """Directions of one turn's pulses in the velodyne frame, shape (64 * 2007, 3)."""
+def lidar_beams(phase: float) -> Floats:
+    """Directions of one turn's pulses in the velodyne frame, shape (64 * 2007, 3).
+
+    Args:
+        phase: Share of the way from one pulse to the next at which the turn begins.
+    """
     azimuth = (np.arange(_COLUMNS) + phase) * (2 * np.pi / _COLUMNS)
-    up = _ELEVATIONS[:, None]
+    up = RING_ELEVATIONS[:, None]
     rays = np.empty((len(up), _COLUMNS, 3))
     rays[..., 0], rays[..., 1] = np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth)
     rays[..., 2] = np.sin(up)

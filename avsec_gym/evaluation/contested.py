@@ -111,20 +111,27 @@ def contested_frames(
     return cached(f"contested-{seed}-{frames}", recipe, on_progress=on_progress)
 
 
-def contested_recipe(frames: int, *, seed: int = 0, sensors: Sensors = Sensors()) -> ChosenFrames:
+def contested_recipe(
+    frames: int,
+    *,
+    seed: int = 0,
+    sensors: Sensors = Sensors(),
+    assets: Assets = Assets.ALL,
+) -> ChosenFrames:
     """How the first contested scenes of a set of layouts are rendered.
 
     Args:
         frames: Number of frames.
         seed: Seed of the set of layouts.
         sensors: What is rendered of each.
+        assets: The part of the assets that all places and actors are made of.
 
     Raises:
         ConfigurationError: A number of frames that is not from 1 to `MOST_LAYOUTS`.
     """
     whole_number("frames", frames, 1, MOST_LAYOUTS)
     numbers = tuple(islice(contested_numbers(seed), frames))
-    return chosen_recipe(numbers, seed=seed, sensors=sensors, chosen="contested")
+    return chosen_recipe(numbers, seed=seed, sensors=sensors, assets=assets, chosen="contested")
 
 
 def chosen_recipe(

@@ -9,6 +9,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.evaluation.contested import contested_recipe
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.unknown_source import unknown_source
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.export import Sensors, cached, suite_recipe
 
 PROCEDURAL = "procedural"
@@ -19,6 +20,7 @@ USUAL_COUNT = 12
 
 FIRST_SET = 1000
 """The package's networks were trained and chosen on sets of layouts with small seeds."""
+_ASSETS = Assets.JUDGE
 
 
 def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
@@ -40,6 +42,9 @@ def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
 def procedural_frames(count: int | None = None, seed: int = 0, *, contested: bool = False) -> Path:
     """Stereo pairs of streets and highways in KITTI's object layout, with labels, without LiDAR.
 
+    All that is shown is made of judging assets, which none of the package's networks was trained
+    on: what is measured on these frames is measured on cars, houses and textures that are new.
+
     Made in the user's cache on first use, by two processes, while the log states how long it takes,
     and kept there; looked at, and made anew if a file is damaged, whenever they are asked for.
 
@@ -57,14 +62,14 @@ def procedural_frames(count: int | None = None, seed: int = 0, *, contested: boo
 
     Example:
         >>> procedural_frames(3, seed=7)  # doctest: +SKIP
-        PosixPath('/home/me/.cache/avsec-gym/suites/procedural-7-3-5f1c0b7d6a9e4c32')
+        PosixPath('/home/me/.cache/avsec-gym/suites/procedural-judge-7-3-5f1c0b7d6a9e4c32')
     """
     if seed < 0:
         raise ConfigurationError(f"a seed is 0 or more, got {seed}")
     count = USUAL_COUNT if count is None else count
     sensors = Sensors(lidar=False)
     if contested:
-        chosen = contested_recipe(count, seed=FIRST_SET + seed, sensors=sensors)
-        return cached(f"{CONTESTED}-{seed}-{count}", chosen)
-    recipe = suite_recipe("mixed", count, FIRST_SET + seed, sensors=sensors)
-    return cached(f"{PROCEDURAL}-{seed}-{count}", recipe)
+        chosen = contested_recipe(count, seed=FIRST_SET + seed, sensors=sensors, assets=_ASSETS)
+        return cached(f"{CONTESTED}-{_ASSETS}-{seed}-{count}", chosen)
+    recipe = suite_recipe("mixed", count, FIRST_SET + seed, sensors=sensors, assets=_ASSETS)
+    return cached(f"{PROCEDURAL}-{_ASSETS}-{seed}-{count}", recipe)

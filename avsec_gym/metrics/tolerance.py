@@ -11,7 +11,11 @@ drives with a sample above.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import bdtr, betaincinv
 
 from avsec_gym.argument_checks import number, whole_number
@@ -104,6 +108,59 @@ def fewest_samples(rate: float, above: int = 0, confidence: float = CONFIDENCE) 
         middle = (low + high) // 2
         low, high = (middle, high) if bdtr(k, middle, r) > doubt else (low, middle)
     return high
+
+
+@dataclass(frozen=True)
+class ToleranceThreshold:
+    """A threshold of clean samples, and what it can vouch for.
+
+    Args:
+        value: The threshold; what lies above it is an alarm.
+        clusters: n, how many clusters of clean samples it was set at.
+        above: k, how many of them have a sample above it.
+        vouched: The false positive rate that it keeps, see `rate_bound`.
+        fewest: How many clusters it takes to vouch for the rate that was asked for.
+    """
+
+    value: float
+    clusters: int
+    above: int
+    vouched: float
+    fewest: int
+
+
+def tolerance_threshold(
+    values: ArrayLike, clusters: Sequence[str], rate: float, confidence: float = CONFIDENCE
+) -> ToleranceThreshold:
+    """The lowest threshold that keeps a false positive rate with this confidence.
+
+    Of each cluster its largest value counts.  Among n clusters the threshold has k above it, as
+    many as `largest_above` allows; with too few for any it is the largest value of all, and vouches
+    for less than was asked for.
+
+    Args:
+        values: Clean values, shape (N,).
+        clusters: Cluster that each value belongs to, N names.
+        rate: r, the false positive rate to keep, above 0 and below 1.
+        confidence: As of `rate_bound`.
+
+    Raises:
+        ConfigurationError: No values, or an argument cannot be.
+
+    Example:
+        >>> tolerance_threshold([0.1, 0.3, 0.2], ["a", "b", "b"], 0.01)
+        ToleranceThreshold(value=0.3, clusters=2, above=0, vouched=0.7763932022500211, fewest=299)
+    """
+    names, cluster = np.unique(np.asarray(clusters, str), return_inverse=True)
+    n = _counts(len(names), 0)[0]
+    largest = np.full(n, -np.inf)
+    np.maximum.at(largest, cluster, np.asarray(values, float))
+    allowed = largest_above(n, rate, confidence) or 0
+    value = float(np.sort(largest)[n - 1 - allowed])
+    # Of equal values fewer lie above.
+    above = int((largest > value).sum())
+    vouched = rate_bound(n, above, confidence)
+    return ToleranceThreshold(value, n, above, vouched, fewest_samples(rate, 0, confidence))
 
 
 def _counts(samples: int, above: int) -> tuple[int, int]:

@@ -20,7 +20,9 @@ def remarks(report: RunReport) -> list[str]:
         result.append(
             f"{cells.failed:,} of {whole:,} cells failed; the end of this page lists the errors."
         )
-    return result + [remark for found in report.findings for remark in found.remarks]
+    # Experiments of one run may have a remark in common.
+    found = dict.fromkeys(remark for found in report.findings for remark in found.remarks)
+    return [*result, *found]
 
 
 def facts(run: RunFacts) -> list[tuple[str, str]]:

@@ -28,6 +28,7 @@ EXPERIMENTS: dict[str, str] = {
     "impact": "avsec_gym.experiments.chapter3.experiments:IMPACT",
     "believed": "avsec_gym.experiments.chapter3.experiments:BELIEVED",
     "sensitivity": "avsec_gym.experiments.chapter3.experiments:SENSITIVITY",
+    "diagrams": "avsec_gym.experiments.chapter3.experiments:DIAGRAMS",
     "localisation": "avsec_gym.experiments.chapter3.experiments:LOCALISATION",
     "defence": "avsec_gym.experiments.chapter3.defence.defended_episodes:DEFENCE",
     "chapter4": "avsec_gym.experiments.chapter4.experiments:CHAPTER_4",

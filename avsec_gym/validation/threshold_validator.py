@@ -90,7 +90,8 @@ class ThresholdValidator:
         """
         shares = self._table.shares
         limits = np.array([self._chosen[triple].shares for triple in self.system.triples])
-        largest = (shares <= limits).all(axis=(0, 1)) & np.isfinite(limits).all(axis=0)
+        # One that was raised beyond all samples is of other data.
+        largest = (shares.max(axis=0) == limits).all(axis=0)
         # Of a share that is nothing in every sample none would lie beyond, however many there were.
         if self.rate == 0 or not (largest & shares.any(axis=(0, 1))).any():
             return ""

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
@@ -29,6 +30,7 @@ Criterion = Literal["error", "hole_share", "densest", "brightness", "any"]
 """Which share has to be beyond its threshold: E (the thesis), another one, or any of them."""
 
 _KIND = "thresholds"
+_LEAST_BRIGHTNESS = "least_brightness"
 _RARER = {"error": 10, "hole_share": 10}
 """A hard scene raises these as an attack does, disproved points and light that is in one image only
 hardly ever: with ``any``, one clean sample may lie beyond them for so many beyond the others."""
@@ -72,6 +74,10 @@ class ThresholdTable:
     Args:
         on: The sensors, the depth and the data; the triples are those of its system.
         shares: All `MEASURES` of N samples, shape (N, triples, 4).
+        least_brightness: What the threshold of `DisparityError.brightness` is at least, in every
+            triple: real cameras differ from each other by more than rendered ones, so that
+            thresholds of rendered frames are raised by what clean real pairs of images show, see
+            `avsec_gym.metrics.tolerance.tolerance_threshold`.
 
     Raises:
         ConfigurationError: No samples, another shape, or values outside [0, 1].
@@ -79,6 +85,7 @@ class ThresholdTable:
 
     on: FittedOn
     shares: Floats
+    least_brightness: float = 0.0
 
     def __post_init__(self) -> None:
         shares = np.array(self.shares, float)
@@ -90,6 +97,8 @@ class ThresholdTable:
         if not ((shares >= 0) & (shares <= 1)).all():
             raise ConfigurationError("shares are from 0 to 1")
         object.__setattr__(self, "shares", shares)
+        least = number("least_brightness", self.least_brightness, 0.0, 1.0)
+        object.__setattr__(self, "least_brightness", least)
 
     def __len__(self) -> int:
         """How many samples."""
@@ -105,7 +114,7 @@ class ThresholdTable:
 
         Args:
             rate: r, the designated false alarm rate, from 0 to 1; the threshold of 1 is below
-                every sample.
+                every sample, whatever `least_brightness` is.
             criterion: What counts as beyond.
 
         Raises:
@@ -122,13 +131,16 @@ class ThresholdTable:
             rarer = {name: _RARER.get(name, 1) for name in MEASURES}
         columns = [MEASURES.index(name) for name in rarer]
         result = {}
-        for number, triple in enumerate(self.on.system.triples):
-            values = dict(zip(rarer, self.shares[:, number, columns].T, strict=True))
+        for column, triple in enumerate(self.on.system.triples):
+            values = dict(zip(rarer, self.shares[:, column, columns].T, strict=True))
             needed = [rarer[name] * _not_below(shares) for name, shares in values.items()]
             allowed = _allowed(np.min(needed, axis=0), rate)
-            result[triple] = Threshold(
-                **{name: _order_statistic(values[name], allowed // rarer[name]) for name in rarer}
-            )
+            limits = {
+                name: _order_statistic(values[name], allowed // rarer[name]) for name in rarer
+            }
+            if "brightness" in limits and rate < 1:
+                limits["brightness"] = max(limits["brightness"], self.least_brightness)
+            result[triple] = Threshold(**limits)
         return result
 
     def vouched_rate(self, rate: float, criterion: Criterion = "any") -> float:
@@ -157,6 +169,8 @@ class ThresholdTable:
             DataError: The file exists and `overwrite` is false, or it cannot be written.
         """
         content = {"measures": MEASURES, "shares": self.shares.tolist()}
+        if self.least_brightness:
+            content[_LEAST_BRIGHTNESS] = self.least_brightness
         write_fitted(path, _KIND, self.on, content, overwrite=overwrite)
 
 
@@ -200,7 +214,7 @@ def read_threshold_table(path: str | Path) -> ThresholdTable:
     try:
         if tuple(content["measures"]) != MEASURES:
             raise ValueError(f"it has the shares {content['measures']}, expected {MEASURES}")
-        return ThresholdTable(on, content["shares"])
+        return ThresholdTable(on, content["shares"], content.get(_LEAST_BRIGHTNESS, 0.0))
     except (KeyError, TypeError, ValueError, ConfigurationError) as error:
         raise broken(path, error) from error
 

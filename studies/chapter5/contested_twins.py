@@ -23,6 +23,7 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import labelled_scenarios
+from avsec_gym.world.assets import Assets
 
 
 def chosen(scenarios: SceneSet, count: int, seed: int = 0) -> list[str]:
@@ -59,7 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     ids = chosen(labelled_scenarios(options.scenarios), options.count)
     words = ["world", "twin", "--kitti", str(options.kitti), "--road-type", "street"]
-    return avsec([*words, "--no-lidar", "--out", str(options.out), "--ids", *ids])
+    # Detectors were not trained on the judging assets.
+    words += ["--no-lidar", "--assets", str(Assets.JUDGE), "--out", str(options.out)]
+    return avsec([*words, "--ids", *ids])
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from avsec_gym.cli import run as avsec
+from avsec_gym.world.assets import Assets
 
 PARTS = {
     "highway": ("road_dynamic_label",),
@@ -25,11 +26,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--kitti", type=Path, required=True, help="root of the object data")
     parser.add_argument("--scenarios", type=Path, required=True, help="the labelled scenarios")
     parser.add_argument("--out", type=Path, required=True, help="a data set for each road type")
+    parser.add_argument(
+        "--assets",
+        choices=[str(part) for part in Assets],
+        default=str(Assets.JUDGE),
+        help="the part of all cars, houses and textures; detectors were not trained on judge",
+    )
     options = parser.parse_args(arguments)
     for road_type, parts in PARTS.items():
         files = (file for part in parts for file in (options.scenarios / part).glob("*.txt"))
         words = ["world", "twin", "--kitti", str(options.kitti), "--road-type", road_type]
-        words += ["--no-lidar", "--out", str(options.out / road_type), "--ids"]
+        words += ["--no-lidar", "--assets", options.assets]
+        words += ["--out", str(options.out / road_type), "--ids"]
         if code := avsec([*words, *sorted(file.stem for file in files)]):
             return code
     return 0

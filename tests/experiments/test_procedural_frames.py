@@ -36,6 +36,7 @@ def test_each_number_and_seed_has_a_folder_and_scenes_of_its_own(asked: dict[str
     for recipe in asked.values():
         assert recipe.settings["cameras"] == [2, 3]
         assert not recipe.settings["lidar"]
+        assert recipe.settings["assets"] == "judge"
         # The package's networks were trained on such sets of seed 1, and chosen on that of 0.
         assert recipe.seed > 100
 

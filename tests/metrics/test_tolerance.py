@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 from scipy.stats import beta, binom
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.metrics.tolerance import fewest_samples, largest_above, rate_bound
+from avsec_gym.metrics.tolerance import (
+    fewest_samples,
+    largest_above,
+    rate_bound,
+    tolerance_threshold,
+)
 
 COUNTS = st.integers(1, 3000).flatmap(lambda n: st.tuples(st.just(n), st.integers(0, n - 1)))
 RATES = st.sampled_from([0.001, 0.01, 0.03, 0.1, 0.5])
@@ -78,3 +83,28 @@ def test_the_largest_of_few_samples_vouches_for_what_is_known_of_zero_hits() -> 
 def test_what_cannot_be_is_refused(wrong) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ConfigurationError):
         wrong()
+
+
+@pytest.mark.parametrize(("clusters", "above"), [(8, 0), (298, 0), (299, 0), (473, 1), (1000, 4)])
+def test_a_threshold_counts_clusters_by_their_largest_value(clusters: int, above: int) -> None:
+    rng = np.random.default_rng(0)
+    values, names = rng.random((clusters, 3)), [str(i // 3) for i in range(3 * clusters)]
+    found = tolerance_threshold(values.ravel(), names, 0.01)
+    assert found.value == np.sort(values.max(axis=1))[clusters - 1 - above]
+    assert (found.clusters, found.above, found.fewest) == (clusters, above, 299)
+    assert found.vouched == pytest.approx(beta.ppf(0.95, above + 1, clusters - above))
+    assert (found.vouched <= 0.01) == (clusters >= 299)
+
+
+def test_a_threshold_of_equal_values_vouches_for_more() -> None:
+    found = tolerance_threshold([0.5] * 473, [str(i) for i in range(473)], 0.01)
+    assert (found.value, found.above) == (0.5, 0)
+    with pytest.raises(ConfigurationError):
+        tolerance_threshold([], [], 0.01)
+
+
+def test_a_tolerance_threshold_keeps_its_rate_in_nineteen_of_twenty_draws() -> None:
+    rng = np.random.default_rng(1)
+    names = [str(i) for i in range(120)]
+    kept = [1 - tolerance_threshold(rng.random(120), names, 0.05).value <= 0.05 for _ in range(400)]
+    assert np.mean(kept) > 0.92

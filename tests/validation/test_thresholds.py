@@ -23,6 +23,7 @@ from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityError
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on, read_fitted, write_fitted
+from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.thresholds import (
     Criterion,
     Threshold,
@@ -30,6 +31,7 @@ from avsec_gym.validation.thresholds import (
     read_threshold_table,
     threshold_table,
 )
+from avsec_gym.validation.validator import SHARES
 
 THREE_CAMERAS = SensorSystem((1, 3, 2))
 """The thesis' scenario 2."""
@@ -237,3 +239,41 @@ def test_rates_that_are_none(kitti_on: FittedOn, rate: float) -> None:
 def test_no_samples(kitti_on: FittedOn) -> None:
     with pytest.raises(ConfigurationError, match="each sample has 4 triples"):
         threshold_table(kitti_on, [])
+
+
+def test_real_pairs_raise_the_threshold_of_brightness_and_no_other(
+    kitti_on: FittedOn, tmp_path: Path
+) -> None:
+    table = threshold_table(kitti_on, samples(kitti_on))
+    highest = float(table.shares[..., MEASURES.index("brightness")].max())
+    for least in (1e-6, highest + 0.01):
+        raised = replace(table, least_brightness=least)
+        for criterion in CRITERIA:
+            own = table.thresholds(0.01, criterion)
+            for triple, limit in raised.thresholds(0.01, criterion).items():
+                expected = own[triple].brightness
+                if np.isfinite(expected):
+                    expected = max(expected, least)
+                assert limit == replace(own[triple], brightness=expected)
+    assert {limit.brightness for limit in raised.thresholds(1.0, "brightness").values()} == {-1.0}
+    raised.write(tmp_path / "raised.json")
+    assert read_threshold_table(tmp_path / "raised.json").least_brightness == least
+    table.write(tmp_path / "own.json")
+    assert "least_brightness" not in (tmp_path / "own.json").read_text()
+    assert read_threshold_table(tmp_path / "own.json").least_brightness == 0.0
+    for wrong in (-0.1, 1.1, float("nan")):
+        with pytest.raises(ConfigurationError, match="least_brightness"):
+            replace(table, least_brightness=wrong)
+    content = json.loads((tmp_path / "raised.json").read_text())
+    (tmp_path / "wrong.json").write_text(json.dumps(content | {"least_brightness": "much"}))
+    with pytest.raises(DataError):
+        read_threshold_table(tmp_path / "wrong.json")
+
+
+def test_a_raised_threshold_is_not_called_the_largest_sample(kitti_on: FittedOn) -> None:
+    table = threshold_table(kitti_on, samples(kitti_on))
+    assert SHARES["brightness"] not in ThresholdValidator(table, 0.05).remark
+    raised = replace(table, least_brightness=0.99)
+    assert SHARES["brightness"] not in ThresholdValidator(raised, 0.05).remark
+    assert SHARES["brightness"] in ThresholdValidator(table, 0.001).remark
+    assert SHARES["brightness"] not in ThresholdValidator(raised, 0.001).remark

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from avsec_gym.experiments.chapter3.diagrams.evidence_cells import diagram_cells, diagram_inputs
+from avsec_gym.experiments.chapter3.diagrams.settings import DIAGRAM_OPTIONS
 from avsec_gym.experiments.chapter3.identification.adaptive_attacks import adaptive_cells
 from avsec_gym.experiments.chapter3.identification.five_sensors import five_cells, five_inputs
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
@@ -122,4 +124,15 @@ LOCALISATION = Experiment(
     LOCALISATION_OPTIONS,
     _USUAL,
     section="avsec_gym.experiments.chapter3.localisation.section:findings",
+)
+
+DIAGRAMS = Experiment(
+    "diagrams",
+    "How do detection and belief depend on density, depth, strength and matcher?",
+    "Table 3.1, figures 3.11 and 3.12, section 3.2.4, over what these leave open",
+    diagram_cells,
+    diagram_inputs,
+    DIAGRAM_OPTIONS,
+    Configuration(PROCEDURAL, 200),
+    section="avsec_gym.experiments.chapter3.diagrams.section:findings",
 )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.argument_checks import one_of
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, check_place
 from avsec_gym.rig import camera_rig
@@ -16,6 +17,7 @@ from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.recordings import Recordings, raw_recordings
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.export import (
     Sensors,
     cache_folder,
@@ -32,18 +34,37 @@ SYSTEM = SensorSystem((LIDAR, 1, 3, 2))
 """The thesis' LiDAR and three cameras, of this rig as of KITTI's."""
 FITTED, JUDGED = "fitted", "judged"
 """The two parts of a run: recordings that thresholds and likelihoods come from, and others."""
-OPTIONS = {"fit": "", "fit_limit": 0, "fit_seed": -1, "depth": "sgbm"}
+JUDGED_ASSETS = {"judged_assets": str(Assets.JUDGE)}
+"""``judged_assets``: the part of the assets that procedural drives to judge are made of, see
+`Assets`: ``train``, ``judge`` or ``all``."""
+PART_OPTIONS = {
+    "fit": "",
+    "fit_limit": 0,
+    "fit_seed": -1,
+    "fitted_assets": str(Assets.TRAIN),
+    **JUDGED_ASSETS,
+}
 """``fit``: KITTI raw drives to fit on, procedural ones if empty; ``fit_limit``: how many of their
 frames, as many as are judged if 0; ``fit_seed``: of procedural drives to fit on and of the attacks
 on them, the run's own if negative, so that new drives can be judged by what others were fitted on;
-``depth``: how disparities are found."""
+``fitted_assets``: the part of the assets that procedural drives to fit on are made of, and
+`JUDGED_ASSETS`: nothing is judged on cars, houses and textures that it was fitted on, as made."""
+OPTIONS = {**PART_OPTIONS, "depth": "sgbm"}
+"""`PART_OPTIONS`, and ``depth``: how disparities are found."""
 USUAL_COUNT = 1000
 
+_ASSETS_IN_WORDS = {
+    Assets.TRAIN: "training assets",
+    Assets.JUDGE: "judging assets",
+    Assets.ALL: "all assets",
+}
 _FIRST_SET = {FITTED: 3000, JUDGED: 4000}
 """Numbers of the sets of drives, none of which anything else was made from."""
 
 
-def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -> Path:
+def procedural_drives(
+    count: int, seed: int, part: str, drive_frames: int = 1, assets: Assets | None = None
+) -> Path:
     """Four cameras and a LiDAR in KITTI's raw layout; made in the user's cache on first use.
 
     The first frames of many are the frames of few: of sets that are there, the smallest that has
@@ -55,6 +76,8 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
         part: `FITTED` or `JUDGED`, which never share a drive.
         drive_frames: The number of frames of each drive. Frames of one drive are alike, so that a
             thousand drives are more evidence than a thousand frames of a few.
+        assets: The part of the assets that they are made of; None: as `OPTIONS` has it for the
+            part, so that both share no car, house, tree or texture.
 
     Raises:
         ConfigurationError: There cannot be so many, or the seed is not from 0 to 999.
@@ -62,7 +85,8 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
     """
     if not 0 <= seed < 1000:
         raise ConfigurationError(f"a seed of drives is from 0 to 999, got {seed}")
-    kind = f"chapter_3-{part}-{seed}-{{}}-{drive_frames}"
+    assets = _assets_of({}, part) if assets is None else assets
+    kind = f"chapter_3-{part}-{seed}-{{}}-{drive_frames}-{assets}"
     count = min(_counts_there(kind, at_least=count), default=count)
     recipe = suite_recipe(
         "raw",
@@ -70,6 +94,7 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
         _FIRST_SET[part] + seed,
         sensors=Sensors(rig=RIG),
         drive_frames=drive_frames,
+        assets=assets,
     )
     return cached(kind.format(count), recipe)
 
@@ -103,7 +128,7 @@ def recordings_of(
         system: Which a frame has all sensors of.
 
     Raises:
-        ConfigurationError: A name is mistyped.
+        ConfigurationError: A name is mistyped, of a place or of a part of the assets.
         DataError: A folder is not there, or has no frame of all sensors.
     """
     options = {**OPTIONS, **configuration.options}
@@ -112,8 +137,9 @@ def recordings_of(
     if part == FITTED:
         count, place = options["fit_limit"] or count, options["fit"] or PROCEDURAL
     if place == PROCEDURAL:
+        assets = _assets_of(configuration.options, part)
         root: str | Path = procedural_drives(
-            count, seed_of(configuration, part), part, drive_frames
+            count, seed_of(configuration, part), part, drive_frames, assets
         )
     else:
         check_place(place)
@@ -126,6 +152,28 @@ def seed_of(configuration: Configuration, part: str) -> int:
     """Of the procedural drives of a part of a run, and of the attacks on them."""
     own: int = {**OPTIONS, **configuration.options}["fit_seed"]
     return own if part == FITTED and own >= 0 else configuration.seed
+
+
+def assets_in_words(configuration: Configuration) -> list[str]:
+    """Which assets the procedural drives of a run are made of, as remarks for its page.
+
+    Empty where the run has real drives alone, and of runs from before there was a choice.
+    """
+    options = configuration.options
+    fitted = options.get("fitted_file") or options.get("fit") or PROCEDURAL
+    places = {JUDGED: configuration.scenarios, FITTED: fitted}
+    shown = {JUDGED: "judged", FITTED: "fitted on"}
+    words = [
+        f"The procedural drives that are {shown[part]} are made of {_ASSETS_IN_WORDS[assets]}."
+        for part, place in places.items()
+        if (assets := options.get(f"{part}_assets")) in _ASSETS_IN_WORDS and place == PROCEDURAL
+    ]
+    return [" ".join(words)] if words else []
+
+
+def _assets_of(options: Mapping[str, Any], part: str) -> Assets:
+    name = f"{part}_assets"
+    return Assets(one_of(f"option {name}", {**OPTIONS, **options}[name], Assets))
 
 
 def frame_cells(

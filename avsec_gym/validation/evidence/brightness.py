@@ -63,6 +63,29 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
     Returns:
         All 1 with fewer than `FEWEST` pixels.
     """
+    seen, expected, known = compared_images(image, other, disparity)
+    brighter, darker, judged = differing_pixels(seen, expected, known)
+    count = int(judged.sum())
+    if count < FEWEST:
+        return Brightness(1.0, 1.0, 1.0)
+    most = sum(int((mask & _mostly(mask, judged)).sum()) for mask in (brighter, darker))
+    return Brightness(int(brighter.sum()) / count, int(darker.sum()) / count, most / count)
+
+
+def compared_images(
+    image: Image, other: Image, disparity: Disparity
+) -> tuple[Image, Expected, Mask]:
+    """The reference's image, and what it should be by the other camera of a pair.
+
+    Args:
+        image: As of `brightness_inconsistency`.
+        other: As of `brightness_inconsistency`.
+        disparity: As of `brightness_inconsistency`.
+
+    Returns:
+        The image, without colours where the other camera sees none; what it should be, equally
+        exposed; and where that is known, shape (H, W).
+    """
     if is_grey(other):
         # Only one of the cameras sees the colour of the light.
         image = without_colours(image)
@@ -74,13 +97,7 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
     painted: Any = cv2.remap(other, column, row, cv2.INTER_LINEAR)
     # What is not known is no surrounding to compare with.
     painted = cv2.copyTo(painted, _flags(known), image.copy())
-    expected = equally_exposed(painted, image, known)
-    brighter, darker, judged = differing_pixels(image, expected, known)
-    count = int(judged.sum())
-    if count < FEWEST:
-        return Brightness(1.0, 1.0, 1.0)
-    most = sum(int((mask & _mostly(mask, judged)).sum()) for mask in (brighter, darker))
-    return Brightness(int(brighter.sum()) / count, int(darker.sum()) / count, most / count)
+    return image, equally_exposed(painted, image, known), known
 
 
 def differing_pixels(image: Image, expected: Expected, known: Mask) -> tuple[Mask, Mask, Mask]:

@@ -10,12 +10,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from avsec_gym.argument_checks import number
+from avsec_gym.argument_checks import flag, number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.factory_arguments import check_arguments
 from avsec_gym.frame import Calibration, Image
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DepthEstimator, check_depth, make_depth
+from avsec_gym.perception.depth.filled_holes import FilledHoles
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.validation.evidence.seen_by_both import SeenByBoth
 
@@ -23,7 +24,8 @@ _STEP = 16
 """OpenCV searches disparities by the 16."""
 _NEAREST = (0.01, 10_000.0)
 """Metres."""
-_OWN = ("name", "nearest")
+_FILLED = "filled"
+_OWN = ("name", "nearest", _FILLED)
 """Arguments that are not the matcher's."""
 
 
@@ -36,7 +38,9 @@ class PairDepth:
     Args:
         what: A name that `make_depth` knows, or a dictionary of it and its arguments, without
             ``left`` and ``right``.  ``sgbm`` without ``disparities`` searches as far as `nearest`
-            asks for, so that narrow pairs are fast, and over the image's whole width.
+            asks for, so that narrow pairs are fast, and over the image's whole width.  With
+            ``"filled": True`` its holes are filled as KITTI's development kit does, see
+            `FilledHoles`.
         nearest: Depth down to which ``sgbm`` matches, metres.
 
     Raises:
@@ -64,6 +68,7 @@ class PairDepth:
         number("nearest", self.nearest, *_NEAREST)
         check_depth(self.settings.get("name"))
         if (settings := self.settings)["name"] == "sgbm":
+            flag(_FILLED, settings.get(_FILLED, False))
             arguments = {name: value for name, value in settings.items() if name not in _OWN}
             check_arguments("the depth estimator 'sgbm'", WholeWidthMatching, arguments)
             WholeWidthMatching(**arguments)
@@ -113,14 +118,16 @@ class PairDepth:
         if key not in self._made:
             arguments = {**self.settings, "left": left, "right": right}
             nearest = arguments.pop("nearest", None)
+            is_filled = arguments["name"] == "sgbm" and arguments.pop(_FILLED, False)
             if nearest is None:
                 estimator = make_depth(arguments)
                 is_matching = isinstance(estimator, SemiGlobalMatching)
-                self._made[key] = estimator if is_matching else make_depth(SeenByBoth(estimator))
+                found = estimator if is_matching else make_depth(SeenByBoth(estimator))
             else:
                 del arguments["name"]
                 arguments["disparities"] = _STEP * math.ceil(scale / nearest / _STEP)
-                self._made[key] = make_depth(WholeWidthMatching(**arguments))
+                found = make_depth(WholeWidthMatching(**arguments))
+            self._made[key] = make_depth(FilledHoles(found)) if is_filled else found
         return self._made[key]
 
 

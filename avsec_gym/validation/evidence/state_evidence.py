@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.frame import SensorFrame
+from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import Floats
-from avsec_gym.sensor_system import Sensor, SensorSystem
+from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityError, DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps, PairView
 from avsec_gym.validation.evidence.evidence import gather_evidence
@@ -61,6 +61,38 @@ class StateEvidence:
         other._errors = {
             element: error for element, error in self._errors.items() if not any(element[1])
         }
+        return other
+
+    def with_scan(self, points: Points) -> StateEvidence:
+        """The same frame with another clean scan, its LiDAR not attacked.
+
+        What is known of cameras alone stays known, attacked or not.
+        """
+        tampered = {sensor: frame for sensor, frame in self._tampered.items() if sensor != LIDAR}
+        other = StateEvidence(self._clean.with_points(points), tampered, self.system, self.depth)
+        other._views = {
+            element: view
+            for element, view in self._views.items()
+            if not self.system.has_scan(element[0])
+        }
+        other._errors = {
+            element: error
+            for element, error in self._errors.items()
+            if not self.system.has_scan(element[0])
+        }
+        return other
+
+    def attacked_too(self, sensor: Sensor, tampered: SensorFrame) -> StateEvidence:
+        """The same attacks, and one on a sensor that was not attacked; all stays known.
+
+        Raises:
+            ConfigurationError: There is an attack on that sensor already.
+        """
+        if sensor in self._tampered:
+            raise ConfigurationError(f"an attack on the sensor {sensor!r} is given already")
+        attacks = {**self._tampered, sensor: tampered}
+        other = StateEvidence(self._clean, attacks, self.system, self.depth)
+        other._views, other._errors = dict(self._views), dict(self._errors)
         return other
 
     def find(self, states: States, threads: int = 2) -> None:

@@ -23,6 +23,7 @@ from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.recordings import raw_recordings
 from avsec_gym.validation.shipped import FITS, evidence_sources, shipped_file
 from avsec_gym.validation.thresholds import read_threshold_table, shares_of
+from avsec_gym.world.assets import Assets
 from studies.answer import exit_code
 from studies.chapter3.shipped_fits.evidence import SYSTEM, shipped_drives
 
@@ -42,7 +43,10 @@ def confirm_fits(frames: int, fits: Path) -> None:
     """
     path = shipped_file("thresholds", SYSTEM, fits)
     table = read_threshold_table(path)
-    root = shipped_drives(frames, int(table.on.data["seed"]), FITTED)
+    data = table.on.data
+    # Fits of before there was a choice are of all assets.
+    assets = Assets(data.get("assets", Assets.ALL))
+    root = shipped_drives(frames, int(data["seed"]), FITTED, assets)
     depth = PairDepth.from_settings(table.on.depth)
     for number, recorded in enumerate(raw_recordings(root, SYSTEM.sensors).frames[:frames]):
         away = np.abs(shares_of(recorded.frame(), SYSTEM, depth) - table.shares[number]).max()

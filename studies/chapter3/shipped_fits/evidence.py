@@ -19,6 +19,7 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT, evidence_elements
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_indices, state_vectors
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.export import Sensors, cached, suite_recipe
 
 SYSTEM = KITTI_SYSTEM
@@ -26,6 +27,8 @@ SYSTEM = KITTI_SYSTEM
 
 _FIRST_SET = {FITTED: 5000, JUDGED: 6000}
 """Numbers of the sets of drives, none of which anything else was made from."""
+PART_ASSETS = {FITTED: Assets.TRAIN, JUDGED: Assets.JUDGE}
+"""What is judged shares no car, house, tree or texture with what was fitted on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +79,7 @@ class SystemEvidence:
         )
 
 
-def shipped_drives(count: int, seed: int, part: str) -> Path:
+def shipped_drives(count: int, seed: int, part: str, assets: Assets | None = None) -> Path:
     """Cameras 1, 2 and 3 of KITTI's rig and its LiDAR, each frame a drive of its own.
 
     Made in the user's cache on first use.
@@ -85,6 +88,7 @@ def shipped_drives(count: int, seed: int, part: str) -> Path:
         count: The number of frames.
         seed: Seed of the drives; other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
+        assets: The part of the assets that they are made of; None: `PART_ASSETS` has it.
 
     Raises:
         ConfigurationError: There cannot be so many, or the seed is not from 0 to 999.
@@ -92,15 +96,24 @@ def shipped_drives(count: int, seed: int, part: str) -> Path:
     """
     if not 0 <= seed < 1000:
         raise ConfigurationError(f"a seed of drives is from 0 to 999, got {seed}")
+    assets = PART_ASSETS[part] if assets is None else assets
     recipe = suite_recipe(
-        "raw", count, _FIRST_SET[part] + seed, sensors=Sensors(cameras=(1, 2, 3)), drive_frames=1
+        "raw",
+        count,
+        _FIRST_SET[part] + seed,
+        sensors=Sensors(cameras=(1, 2, 3)),
+        drive_frames=1,
+        assets=assets,
     )
-    return cached(f"shipped_fits-{part}-{seed}-{count}", recipe)
+    return cached(f"shipped_fits-{part}-{seed}-{count}-{assets}", recipe)
 
 
-def sample_id(id: str, seed: int) -> str:
-    """The id of a frame where its evidence is kept; another format or seed gives another id."""
-    return f"{EVIDENCE_FORMAT}/{seed}/{id}"
+def sample_id(id: str, seed: int, part: str) -> str:
+    """The id of a frame where its evidence is kept.
+
+    Another format, other assets or another seed give another id.
+    """
+    return f"{EVIDENCE_FORMAT}/{PART_ASSETS[part]}/{seed}/{id}"
 
 
 def measured(evidence: StateEvidence, states: States) -> Floats:

@@ -33,6 +33,7 @@ from avsec_gym.validation.thresholds import ThresholdTable
 from avsec_gym.world.export import world_fingerprint
 from studies.answer import exit_code
 from studies.chapter3.shipped_fits.evidence import (
+    PART_ASSETS,
     SYSTEM,
     evidence_of,
     measured,
@@ -65,13 +66,21 @@ def write_fits(frames: int, seed: int, samples: Path, out: Path) -> None:
     drawn = raw_recordings(root, SYSTEM.sensors).frames[:frames]
     kept, depth = JsonLines(samples, KeptSample), PairDepth("sgbm")
     for number, recorded in enumerate(drawn):
-        if (id := sample_id(recorded.id, seed)) not in kept.rows:
+        if (id := sample_id(recorded.id, seed, FITTED)) not in kept.rows:
             row = fitted_row(recorded.frame(), depth, seed, number)
             kept.add({"id": id, "measured": row.tolist()})
             _LOG.info("measured %d of %d frames", number + 1, frames)
-    rows = np.array([kept.rows[sample_id(recorded.id, seed)]["measured"] for recorded in drawn])
+    rows = np.array(
+        [kept.rows[sample_id(recorded.id, seed, FITTED)]["measured"] for recorded in drawn]
+    )
     every, frame = evidence_of(rows, SYSTEM), drawn[0].frame()
-    data = {"seed": seed, "frames": frames, "drives": frames, "world": world_fingerprint()}
+    data = {
+        "seed": seed,
+        "frames": frames,
+        "drives": frames,
+        "assets": str(PART_ASSETS[FITTED]),
+        "world": world_fingerprint(),
+    }
     for system in SHIPPED_SYSTEMS:
         own, on = every.of(system), shipped_on(system, depth, frame, data)
         table = ThresholdTable(on, own.shares[:, 0])

@@ -134,7 +134,8 @@ def attacked_in_turn_rows(
     """
     rows, clean = [], None
     for seed in seeds:
-        id = sample_id(f"{recorded.id} {' '.join(map(str, system.sensors))} {seed[1]}", seed[0])
+        sensors = " ".join(map(str, system.sensors))
+        id = sample_id(f"{recorded.id} {sensors} {seed[1]}", seed[0], JUDGED)
         if id not in kept.rows:
             frame = recorded.frame()
             clean = clean or StateEvidence(frame, {}, system, depth)

@@ -11,10 +11,22 @@ import pytest
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3 import recordings
 from avsec_gym.experiments.chapter3.defence import defended_episodes
+from avsec_gym.experiments.chapter3.defence.defended_episodes import DEFENCE
+from avsec_gym.experiments.chapter3.experiments import (
+    ADAPTIVE_ATTACKS,
+    BELIEVED,
+    FIVE_SENSORS,
+    IDENTIFICATION,
+    IMPACT,
+    LOCALISATION,
+    OBJECT_LEVEL,
+    SENSITIVITY,
+)
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
     SYSTEM,
+    assets_in_words,
     check_parts,
     drives_inputs,
     frame_cells,
@@ -27,7 +39,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.rig import camera_rig
-from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration, Experiment, with_defaults
 from avsec_gym.validation.recordings import Recordings
 from avsec_gym.world.export.manifest import world_fingerprint, write_manifest
 
@@ -63,25 +75,70 @@ def test_a_defence_has_time(asked: dict[str, Any]) -> None:
 
 
 def test_a_larger_set_that_is_there_serves(asked: dict[str, Any], tmp_path: Path) -> None:
-    def there(count: int, part: str, is_complete: bool = True) -> None:
-        name = f"chapter_3-{part}-3-{count}-1-{world_fingerprint()}"
+    def there(count: int, part: str, is_complete: bool = True, assets: str = "judge") -> None:
+        name = f"chapter_3-{part}-3-{count}-1-{assets}-{world_fingerprint()}"
         (tmp_path / "suites" / name).mkdir(parents=True)
         manifest = {"format": 1, "complete": is_complete, "settings": {}, "files": {}}
         write_manifest(tmp_path / "suites" / name, manifest)
 
     there(24, FITTED)
+    there(24, JUDGED, assets="train")
     there(20, JUDGED)
     there(100, JUDGED)
     there(50, JUDGED)
     there(30, JUDGED, is_complete=False)
     there(40, JUDGED)
-    (damaged,) = tmp_path.glob("suites/chapter_3-judged-3-40-1-*/*.json")
+    (damaged,) = tmp_path.glob("suites/chapter_3-judged-3-40-1-judge-*/*.json")
     damaged.write_text("{")
     for count in (24, 200):
         procedural_drives(count, 3, JUDGED)
     procedural_drives(24, 4, JUDGED)
     procedural_drives(24, 3, JUDGED, drive_frames=4)
     assert [len(recipe) for recipe in asked.values()] == [50, 200, 24, 24]
+
+
+def test_fitted_and_judged_drives_share_no_assets_as_made(
+    asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        recordings, "raw_recordings", lambda root, _: Recordings(Path(root), SYSTEM, (), {})
+    )
+    for options in ({}, {"fitted_assets": "all", "judged_assets": "train"}):
+        for part in (FITTED, JUDGED):
+            recordings_of(Configuration(PROCEDURAL, 24, 3, options), part)
+    assert [recipe.settings["assets"] for recipe in asked.values()] == [
+        *("train", "judge"), *("all", "train")
+    ]  # fmt: skip
+    with pytest.raises(ConfigurationError, match=r"judged_assets 'juge'.*judge"):
+        recordings_of(Configuration(PROCEDURAL, 24, 3, {"judged_assets": "juge"}), JUDGED)
+
+
+@pytest.mark.parametrize("experiment", [
+    IDENTIFICATION, FIVE_SENSORS, ADAPTIVE_ATTACKS, OBJECT_LEVEL, IMPACT, BELIEVED, SENSITIVITY,
+    LOCALISATION, DEFENCE,
+])  # fmt: skip
+def test_all_experiments_have_the_choice_of_assets(experiment: Experiment) -> None:
+    asked = with_defaults(Configuration(PROCEDURAL, 24), [experiment])
+    assert asked.options["judged_assets"] == "judge"
+    [remark] = assets_in_words(asked)
+    assert "judged are made of judging assets" in remark
+    if experiment is not LOCALISATION:
+        assert "fitted on are made of training assets" in remark
+
+
+def test_real_drives_have_no_assets() -> None:
+    asked = {"fitted_assets": "train", "judged_assets": "judge"}
+    assert assets_in_words(Configuration("drives", options=asked | {"fit": "others"})) == []
+    [remark] = assets_in_words(Configuration("drives", options=asked))
+    assert "fitted on" in remark
+    assert "judged" not in remark
+    # A validator that was fitted elsewhere.
+    [remark] = assets_in_words(
+        Configuration(PROCEDURAL, options=asked | {"fitted_file": "own.json"})
+    )
+    assert "fitted on" not in remark
+    # The options of a run from before there was a choice.
+    assert assets_in_words(Configuration(PROCEDURAL, options={"fit": ""})) == []
 
 
 def test_the_first_frames_of_many_are_the_frames_of_few(asked: dict[str, Any]) -> None:

@@ -36,17 +36,19 @@ def wall(number: int, distance: float = 8.0) -> SensorFrame:
     return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
 
 
-def write_wall(root: Path, drive: int, number: int, seed: int) -> Path:
+def write_wall(root: Path, drive: int, number: int, seed: int, distance: float = 8.0) -> Path:
     """One frame of a drive below a root; the drive's folder."""
     day = root / "2026_01_01"
     folder = day / f"2026_01_01_drive_{drive:04d}_sync"
-    write_raw_frame(folder, number, wall(seed))
+    write_raw_frame(folder, number, wall(seed, distance))
     if not (day / "calib_cam_to_cam.txt").exists():
         write_raw_calibration(day, RIG.calibration, image_size=RIG.size)
     return folder
 
 
-def write_labelled_drives(root: Path, drives: int, frames: int, first: int = 0) -> Path:
+def write_labelled_drives(
+    root: Path, drives: int, frames: int, first: int = 0, distance: float = 8.0
+) -> Path:
     """Drives on a highway with `LABEL` in each frame; their root.
 
     Args:
@@ -54,10 +56,11 @@ def write_labelled_drives(root: Path, drives: int, frames: int, first: int = 0) 
         drives: How many.
         frames: Of each.
         first: Other dots.
+        distance: Metres to the walls.
     """
     for drive in range(1, drives + 1):
         for number in range(frames):
-            folder = write_wall(root, drive, number, first + 100 * drive + number)
+            folder = write_wall(root, drive, number, first + 100 * drive + number, distance)
             for kind, text in (
                 ("label_02/data/{}.txt", LABEL),
                 ("moving_02/data/{}.txt", "1\n"),

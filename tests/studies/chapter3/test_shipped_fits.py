@@ -22,6 +22,7 @@ from avsec_gym.validation.shipped import SHIPPED_SYSTEMS, origin_of, shipped_fil
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.thresholds import read_threshold_table
+from avsec_gym.world.assets import Assets
 from studies.chapter3.shipped_fits import page
 from studies.chapter3.shipped_fits.confirm import main as confirm
 from studies.chapter3.shipped_fits.evidence import (
@@ -119,7 +120,9 @@ def test_the_command_fits_and_goes_on(tmp_path: Path, monkeypatch: pytest.Monkey
             np.zeros((1, 4), np.float32),
         ))  # fmt: skip
         row = rng.uniform(0.01, 0.2, shape)
-        lines.append(json.dumps({"id": sample_id(f"{number:010d}", 3), "measured": row.tolist()}))
+        lines.append(
+            json.dumps({"id": sample_id(f"{number:010d}", 3, "fitted"), "measured": row.tolist()})
+        )
     samples = tmp_path / "samples.jsonl"
     samples.write_text("\n".join(lines) + "\n")
     module = "studies.chapter3.shipped_fits.fit"
@@ -142,7 +145,13 @@ def test_the_command_fits_and_goes_on(tmp_path: Path, monkeypatch: pytest.Monkey
 def _check_confirmation(fits: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Files of other sources hold for today's if the same is measured, else they are refused."""
     module = "studies.chapter3.shipped_fits.confirm"
-    monkeypatch.setattr(f"{module}.shipped_drives", lambda count, seed, part: fits.parent)
+    asked: list[Assets] = []
+
+    def drives(count: int, seed: int, part: str, assets: Assets) -> Path:
+        asked.append(assets)
+        return fits.parent
+
+    monkeypatch.setattr(f"{module}.shipped_drives", drives)
     path = shipped_file("thresholds", SYSTEM, fits)
     content = json.loads(path.read_text())
     content["fitted_on"]["data"]["sources"] = "0123456789abcdef"
@@ -150,10 +159,13 @@ def _check_confirmation(fits: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stale(read_threshold_table(path).on)
     assert confirm(["--frames", "1", "--fits", str(fits)]) == 0
     assert not stale(read_threshold_table(path).on)
+    # Those that the package ships were fitted before there was a choice of assets.
+    del content["fitted_on"]["data"]["assets"]
     content["shares"][0][0][0] += 0.01
     path.write_text(json.dumps(content))
     assert confirm(["--frames", "1", "--fits", str(fits)]) == 1
     assert stale(read_threshold_table(path).on)
+    assert asked == [Assets.TRAIN, Assets.ALL]
 
 
 def test_too_few_frames_and_other_seeds_are_refused(

@@ -61,3 +61,29 @@ def test_a_sensor_without_attack_cannot_be_attacked(
     assert evidence.evidence(state_vectors(4)[:1]).shape == (1, 4 + 3 + 3 + 3 + 3)
     with pytest.raises(ConfigurationError, match="no attack on the sensor"):
         evidence.evidence(state_vectors(4)[1:2])
+
+
+def test_another_scan_leaves_what_cameras_see(
+    wall_of: Callable[[int], SensorFrame], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clean = wall_of(0)
+    tampered = {sensor: attack.attack(clean).frame for sensor, attack in ATTACKS.items()}
+    scan = tampered.pop(LIDAR)
+    states = state_vectors(4)
+    evidence = StateEvidence(clean, tampered, SYSTEM).attacked_too(LIDAR, scan)
+    evidence.evidence(states)
+    thin, thin_scan = clean.points[::2], scan.with_points(scan.points[::2])
+    matched: list[tuple[int, int]] = []
+    find = DisparityMaps._find
+    monkeypatch.setattr(
+        DisparityMaps, "_find", lambda self, pair: matched.append(pair) or find(self, pair)
+    )
+    found = evidence.with_scan(thin).attacked_too(LIDAR, thin_scan).evidence(states)
+    # Maps of the scan in each camera that is a reference, of four states each, and no other.
+    assert sorted(matched) == [(0, 2)] * 4 + [(0, 3)] * 4
+    fresh = StateEvidence(clean.with_points(thin), {**tampered, LIDAR: thin_scan}, SYSTEM)
+    np.testing.assert_array_equal(found, fresh.evidence(states))
+    with pytest.raises(ConfigurationError, match="given already"):
+        evidence.attacked_too(LIDAR, scan)
+    with pytest.raises(ConfigurationError, match="no attack on the sensor 'lidar'"):
+        evidence.with_scan(thin).evidence(states[1:2])

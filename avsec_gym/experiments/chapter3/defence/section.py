@@ -10,6 +10,7 @@ from avsec_gym.experiments.chapter3.defence.rates import (
     is_of_defence,
 )
 from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
+from avsec_gym.experiments.chapter3.recordings import assets_in_words
 from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
@@ -20,7 +21,8 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     summary = defence_summary(run)
     settings = {setting for setting, _ in run.settings() if is_of_defence(setting)}
     sections = [defence_section(summary)] if summary else []
-    return Findings(sections, {"defence": as_json(summary)}, settings)
+    remarks = assets_in_words(run.configuration) if summary else []
+    return Findings(sections, {"defence": as_json(summary)}, settings, remarks=remarks)
 
 
 def defence_section(summary: DefenceSummary) -> Section:

@@ -9,7 +9,7 @@ from avsec_gym.experiments.chapter3.identification.summary import (
     validation_summary,
 )
 from avsec_gym.experiments.chapter3.identification.tables import tables_of_validation
-from avsec_gym.experiments.chapter3.recordings import JUDGED
+from avsec_gym.experiments.chapter3.recordings import JUDGED, assets_in_words
 from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
@@ -23,7 +23,9 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     """
     summary = validation_summary(run, run.configuration, request.looked_at)
     return Findings(
-        [validation_section(summary)] if summary else [], {"validation": as_json(summary)}
+        [validation_section(summary)] if summary else [],
+        {"validation": as_json(summary)},
+        remarks=assets_in_words(run.configuration) if summary else [],
     )
 
 

@@ -34,6 +34,7 @@ from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_
 from avsec_gym.experiments.chapter3.objects.pasted_cars import CarInView, CarsOfFrames, pasted_box
 from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
+    JUDGED_ASSETS,
     OPTIONS,
     drives_inputs,
     frame_cells,
@@ -47,6 +48,7 @@ from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.repair.repair import REFILL_ERROR, Repair, repair
 
 LOCALISATION_OPTIONS = {
+    **JUDGED_ASSETS,
     "depth": OPTIONS["depth"],
     "refill_error": REFILL_ERROR,
     "detector": "",
@@ -57,9 +59,9 @@ LOCALISATION_OPTIONS = {
     "stereo_rcnn": "",
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn")},
 }
-"""``depth``: how disparities are found; ``refill_error``: see `repair`; ``detector``: a stereo
-detector whose objects are counted under attacks on a camera, none if empty; ``scan_detector``:
-one that looks at scans, for attacks on the LiDAR; ``score_threshold`` and
+"""Beside `JUDGED_ASSETS`: ``depth``: how disparities are found; ``refill_error``: see `repair`;
+``detector``: a stereo detector whose objects are counted under attacks on a camera, none if empty;
+``scan_detector``: one that looks at scans, for attacks on the LiDAR; ``score_threshold`` and
 ``scan_score_threshold``: of their boxes that count; by the networks' names their weights, instead
 of those of the package."""
 

@@ -13,6 +13,7 @@ from avsec_gym.experiments.chapter3.localisation.rates import (
     localisation_summary,
 )
 from avsec_gym.experiments.chapter3.localisation.tables import table_of_localisation
+from avsec_gym.experiments.chapter3.recordings import assets_in_words
 from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
@@ -38,7 +39,12 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         except AvsecError as error:
             problems.append(f"no pictures of repairs: {error}")
     section = localisation_section(summary, pictures)
-    return Findings([section], {"localisation": row_json(summary)}, problems=problems)
+    return Findings(
+        [section],
+        {"localisation": row_json(summary)},
+        remarks=assets_in_words(run.configuration),
+        problems=problems,
+    )
 
 
 def localisation_section(

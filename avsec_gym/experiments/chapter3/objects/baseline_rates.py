@@ -100,7 +100,7 @@ def baseline_rates(
             clean = _of_states(fitted[:, :, column], triple, system)[:, 0]
             counts = _of_states(judged[:, :, column], triple, system)
             for rate in (None, *RATES):
-                most = 0 if rate is None else _order_statistic(clean, rate)
+                most = 0 if rate is None else largest_count(clean, rate)
                 found = case_rates(counts > most, cases, drives)
                 rows.append(BaselineRow(name, iou, rate, most, found))
     return rows
@@ -120,6 +120,15 @@ def _of_states(mismatches: Floats, triple: Triple, system: SensorSystem) -> Floa
     return np.sum([mismatches[:, column, i, k] for column, i, k in chosen], axis=0)
 
 
-def _order_statistic(counts: Floats, rate: float) -> int:
-    """So many that the share `rate` of the counts, or less, is larger."""
+def largest_count(counts: Floats, rate: float) -> int:
+    """So many that the share `rate` of the counts, or less, is larger.
+
+    Args:
+        counts: Mismatches of clean frames, shape (N,).
+        rate: r, from 0 to below 1.
+
+    Example:
+        >>> largest_count(np.array([0, 3, 1, 2]), 0.25)
+        2
+    """
     return int(np.sort(counts)[len(counts) - 1 - int(rate * len(counts) + 1e-9)])

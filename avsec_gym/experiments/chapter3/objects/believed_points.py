@@ -32,7 +32,7 @@ from avsec_gym.experiments.chapter3.objects.pasted_cars import (
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
-    OPTIONS,
+    PART_OPTIONS,
     SYSTEM,
     drives_inputs,
     frame_cells,
@@ -59,13 +59,11 @@ PLANES = {
 CARS = {PASTED: False, PASTED_RAYS_LOST: True}
 """Scans of cars: whether they hide what is behind them."""
 BELIEVED_OPTIONS = {
-    "fit": OPTIONS["fit"],
-    "fit_limit": OPTIONS["fit_limit"],
-    "fit_seed": OPTIONS["fit_seed"],
+    **PART_OPTIONS,
     "believers": "pixor,pointrcnn",
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn")},
 }
-"""Beside those of the recordings: ``believers``: detectors that look at scans, with commas; by the
+"""Beside `PART_OPTIONS`: ``believers``: detectors that look at scans, with commas; by the
 networks' names their weights."""
 ATTACKED, CLEAN = "attacked", "clean"
 TRUTH = "believed truth"

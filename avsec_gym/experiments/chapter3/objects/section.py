@@ -12,6 +12,7 @@ from avsec_gym.experiments.chapter3.objects.tables import (
     OpticalSummaries,
     tables_of_optical_attacks,
 )
+from avsec_gym.experiments.chapter3.recordings import assets_in_words
 from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
@@ -30,7 +31,8 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         sensitivity_summary(run, run.configuration),
     )
     sections = [] if summaries == OpticalSummaries() else [optical_section(summaries)]
-    return Findings(sections, row_json(summaries))
+    remarks = assets_in_words(run.configuration) if sections else []
+    return Findings(sections, row_json(summaries), remarks=remarks)
 
 
 def optical_section(summaries: OpticalSummaries) -> Section:

@@ -28,7 +28,7 @@ from avsec_gym.experiments.chapter3.objects.object_mismatches import (
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
-    OPTIONS,
+    PART_OPTIONS,
     drives_inputs,
     frame_cells,
     recordings_of,
@@ -45,18 +45,16 @@ from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.recordings import Recordings
 
 DETECTION_OPTIONS = {
-    "fit": OPTIONS["fit"],
-    "fit_limit": OPTIONS["fit_limit"],
-    "fit_seed": OPTIONS["fit_seed"],
+    **PART_OPTIONS,
     "lidar_detector": "pixor",
     "image_detector": "faster_rcnn",
     "score_threshold": 0.0,
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "faster_rcnn")},
 }
-"""``fit``, ``fit_limit``, ``fit_seed``: see `recordings.OPTIONS`; ``lidar_detector`` and
-``image_detector``: the detectors; ``score_threshold``: of boxes that count as objects, 0 for that
-score at which each detector finds most for its false alarms on the clean frames that are fitted on;
-by the networks' names their weights."""
+"""Beside `PART_OPTIONS`: ``lidar_detector`` and ``image_detector``: the detectors;
+``score_threshold``: of boxes that count as objects, 0 for that score at which each detector finds
+most for its false alarms on the clean frames that are fitted on; by the networks' names their
+weights."""
 PATCH = "judged bogus patch"
 """Setting of where bogus points stand."""
 DETECTIONS_FORMAT = 2

@@ -1,0 +1,1 @@
+"""All real pairs of images at hand: clean, and with small and faint lights in one of them."""
