@@ -8,8 +8,8 @@ from collections import Counter
 from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 from studies.catalogue import STUDIES, minutes_of_command
 from studies.driving_safety.closed_loop import SETS
-from studies.index import source_state
 from studies.provenance import RECORDS, read_records, sources_of
+from studies.source_states import source_state
 from studies.study import DATA, RESULTS, ROOT, Step
 
 
