@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym import console
+from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError
 
@@ -63,6 +64,9 @@ class Connected:
     """Only the first instants."""
     pictures: int = 20
     """Most pictures of alarms."""
+    rrd: Path | None = None
+    """A file for the Rerun viewer (extra `rerun`), such as alarm.rrd: scans and regions in space of
+    the first instant that alarms, or of the first one where none does."""
     out: Path | None = None
     """Folder of frames.jsonl, summary.json and pictures.  Default: runs/connected, or
     runs/connected_2 and so on if that is of something else."""
@@ -99,9 +103,11 @@ class Connected:
             self.seed,
             self.pictures,
             self.json,
+            self.rrd,
         )
-        judged.judge()
-        return judged.report()
+        left_out: dict[str, str] = {}
+        judged.judge(left_out)
+        return judged.report(left_out)
 
     def _check(self) -> None:
         for name, good in (
@@ -113,6 +119,8 @@ class Connected:
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        if self.rrd is not None:
+            self._check_recording(self.rrd)
         if self.fit is not None and (self.constants is not None or self.attack is not None):
             raise ConfigurationError(
                 "--fit measures attack-free instants and attacks them itself: it goes without"
@@ -120,6 +128,15 @@ class Connected:
             )
         # A mistyped name is an error before anything is measured.
         _ = self._attack
+
+    def _check_recording(self, path: Path) -> None:
+        from avsec_gym.drawing.rerun_stream import check_rerun
+
+        if self.fit is not None:
+            raise ConfigurationError("--fit judges no instant: it goes without --rrd")
+        if path.suffix != ".rrd":
+            raise ConfigurationError(f"--rrd names a file that ends in .rrd, got {path}")
+        check_rerun()
 
     @cached_property
     def _attack(self) -> InstantAttack | None:
@@ -172,13 +189,16 @@ class Connected:
         source = self._source.first(self.limit)
         on = FittedInstants(self._record_of_data(source), self._proposer, seed=self.seed)
         samples = path.with_name(path.name + SAMPLES)
-        total = len(source.names) or sum(1 for _ in source.read())
+        left_out: dict[str, str] = {}
+        total = len(source.names) or sum(1 for _ in source.read(left_out))
         with console.progress("measuring instants") as shown:
-            fit = fit_connected(source.read(), total, on, samples=samples, on_progress=shown)
+            instants = source.read(left_out)
+            fit = fit_connected(instants, total, on, samples=samples, on_progress=shown)
+        say_left_out(left_out, "drives and instants")
         write_connected_fit(path, fit)
         samples.unlink(missing_ok=True)
         console.say(f"avsec: {path} holds what was {fit.origin}")
-        return console.DONE
+        return console.DONE_IN_PART if left_out else console.DONE
 
     def _record_of_data(self, source: ConnectedSource) -> dict[str, Any]:
         """What names the instants in a fit's file: of our own data sets, their settings."""

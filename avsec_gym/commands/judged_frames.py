@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym import console
+from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.errors import AvsecError, DataError
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from avsec_gym.validation.validation_folder import ValidationFolder
     from avsec_gym.validation.validator import Validator
 
-_REMARKS = 5
-"""So many frames that were left out are reported one by one."""
 _RATES = {
     "alarms as recorded (false, if unattacked)": "alarms_as_recorded",
     "attacks detected": "attacks_detected",
@@ -131,10 +130,7 @@ class JudgedFrames:
         """
         from avsec_gym.validation.validation_folder import summary
 
-        for id, reason in list(left_out.items())[:_REMARKS]:
-            console.say(f"avsec: left out: {id}: {reason}")
-        if len(left_out) > _REMARKS:
-            console.say(f"avsec: left out: {len(left_out) - _REMARKS} more frames")
+        say_left_out(left_out, "frames")
         drives = {frame.id: frame.drive for frame in self.frames if frame.drive is not None}
         found, out = summary(self._rows, drives), self.folder.out
         found |= {"left_out": len(left_out), "fitted_on": self.origin}

@@ -6,9 +6,11 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from avsec_gym import console
+from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text
@@ -34,7 +36,22 @@ class JudgedAttack(TypedDict):
     outcome: str
 
 
-class InstantRow(TypedDict):
+class RegisteredScan(TypedDict):
+    """How well a scan lies on the middle one of its instant, see `Registration`."""
+
+    residual: float
+    """Metres."""
+    overlap: float
+
+
+class RegisteredRow(TypedDict, total=False):
+    """What rows have where poses are by registration."""
+
+    registrations: list[RegisteredScan | None]
+    """Of each scan; None of the middle one."""
+
+
+class InstantRow(RegisteredRow):
     """What is kept of an instant, as far as lines and summaries rely on it."""
 
     id: str
@@ -64,6 +81,8 @@ class JudgedInstants:
         seed: Seed of the attack.
         pictures: Most pictures of alarms.
         as_json: Whether JSON lines are printed instead of words.
+        recording: A file for the Rerun viewer, of the first instant that alarms, or of the first
+            one where none does; None: none is written.
     """
 
     source: ConnectedSource
@@ -74,26 +93,45 @@ class JudgedInstants:
     seed: int
     pictures: int
     as_json: bool
+    recording: Path | None = None
 
-    def judge(self) -> None:
+    def judge(self, left_out: dict[str, str]) -> None:
         """Judge each instant, and report its result at once.
+
+        Args:
+            left_out: Takes the reason for each drive and instant that cannot be read, by name.
 
         Raises:
             ConfigurationError: The constants were fitted on another LiDAR.
             DataError: A file of the data is missing or broken.
         """
         known, total = self.folder.rows, len(self.source.names)
+        alarm_recorded = False
         with console.progress("comparing vehicles") as shown:
-            for number, instant in enumerate(self.source.read()):
-                if instant.id in known:
-                    self._tell(known[instant.id])
-                else:
+            for number, instant in enumerate(self.source.read(left_out)):
+                if instant.id not in known:
                     self._judge_one(instant, number)
+                row = known[instant.id]
+                self._tell(row)
+                if self.recording and (number == 0 or row["alarm"] > alarm_recorded):
+                    self._record(instant, number, self.recording)
+                    alarm_recorded = row["alarm"]
                 if total:
                     shown(number + 1, total)
 
+    def _attacked(self, recorded: RecordedInstant, number: int) -> AttackedInstant | None:
+        return self.attack.attack(recorded, (self.seed, number)) if self.attack else None
+
+    def _record(self, recorded: RecordedInstant, number: int, path: Path) -> None:
+        """Write an instant for the Rerun viewer; it is judged again, as a row has no scans."""
+        from avsec_gym.drawing.rerun_instant import write_instant_recording
+
+        attacked = self._attacked(recorded, number)
+        scans = recorded.scans if attacked is None else attacked.instant.scans
+        write_instant_recording(scans, path, self.validator.validate(scans, id=recorded.id))
+
     def _judge_one(self, recorded: RecordedInstant, number: int) -> None:
-        attacked = self.attack.attack(recorded, (self.seed, number)) if self.attack else None
+        attacked = self._attacked(recorded, number)
         instant = recorded if attacked is None else attacked.instant
         # A rig is recognised by what was recorded, not by what an attacker made of it.
         self.fit.check(recorded.scans)
@@ -103,6 +141,7 @@ class JudgedInstants:
             "attack": None if attacked is None else _attack_row(attacked, result),
             "attack_possible": self.attack is None or attacked is not None,
             "vehicles": len(instant.scans),
+            **_registered(recorded),
         }
         drawn = sum(row["alarm"] for row in self.folder.rows.values())
         # The picture first: a row that is kept has its picture.
@@ -117,12 +156,20 @@ class JudgedInstants:
                 self.fit.origin,
             )
         self.folder.add(row)
-        self._tell(row)
 
-    def report(self) -> int:
-        """Sum up, in words or JSON and in ``summary.json``; the exit code."""
+    def report(self, left_out: Mapping[str, str]) -> int:
+        """Sum up, in words or JSON and in ``summary.json``; the exit code.
+
+        Args:
+            left_out: The reasons why drives and instants could not be read, by name.
+
+        Raises:
+            DataError: No instant was judged.
+        """
+        say_left_out(left_out, "drives and instants")
         found = summary(list(self.folder.rows.values()))
         found |= {"method": self.validator.method, "fitted_on": self.fit.origin}
+        found |= {"left_out": len(left_out)}
         document = with_schema("connected.summary", found)
         path = self.folder.out / "summary.json"
         write_text(path, json.dumps(document, indent=1) + "\n", overwrite=True)
@@ -139,7 +186,7 @@ class JudgedInstants:
                 f"{found['seconds']:.2f} s, of which proposals {found['seconds_of']['propose']:.2f}"
                 f" (medians); {self.folder.out} holds lines and pictures"
             )
-        return console.DONE
+        return console.DONE_IN_PART if left_out else console.DONE
 
     def _tell(self, row: dict[str, Any]) -> None:
         if self.as_json:
@@ -149,10 +196,13 @@ class JudgedInstants:
         if row["attack"] is not None:
             text += f"; the attack was a {row['attack']['kind']} on vehicle "
             text += f"{row['attack']['victim']}, {row['attack']['outcome']}"
-        console.print_line(
-            f"{text}; {row['decidable']} of {row['regions']} regions seen twice,"
-            f" {max(_sent(row))} bytes a vehicle at most"
-        )
+        text += f"; {row['decidable']} of {row['regions']} regions seen twice,"
+        text += f" {max(_sent(row))} bytes a vehicle at most"
+        if fits := [each for each in row.get("registrations", ()) if each is not None]:
+            text += "; registered to "
+            text += ", ".join(f"{each['residual']:.3f} m" for each in fits)
+            text += f", {min(each['overlap'] for each in fits):.0%} overlap or more"
+        console.print_line(text)
 
 
 _RATES = {
@@ -197,6 +247,20 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "seconds_of": {
             step: median(row["seconds"].get(step, 0.0) for row in rows) for step in steps
         },
+    }
+
+
+def _registered(recorded: RecordedInstant) -> RegisteredRow:
+    """The entry of a row for the residuals of registered scans; none of measured poses."""
+    from avsec_gym.validation.connected.raw_drive.drive_instants import DriveInstant
+
+    if not isinstance(recorded, DriveInstant) or not recorded.registrations:
+        return {}
+    return {
+        "registrations": [
+            each and {"residual": round(each.residual, 4), "overlap": round(each.overlap, 4)}
+            for each in recorded.registrations
+        ]
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,16 @@ import pytest
 
 from avsec_gym.cli import run
 from avsec_gym.commands.judged_instants import summary
+from avsec_gym.drawing import rerun_instant, rerun_stream
 from avsec_gym.drawing.connected_picture import draw_connected
 from avsec_gym.errors import DataError
+from avsec_gym.kitti.sensor_files import write_points
 from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.sources import connected_source
 from avsec_gym.validation.connected.validator import ConnectedValidator
-from tests.validation.connected.conftest import pose_at, scan_of
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+from tests.validation.connected.conftest import CARS, pose_at, scan_of
 from tests.validation.connected.opv2v.opv2v_sample import write_sample
 
 _CAR, _GHOST = (14.0, 3.0, 0.1), (15.0, -4.0, -0.2)
@@ -104,6 +109,8 @@ def test_a_folder_of_opv2v_is_judged_and_goes_on(
         (["--limit", "0"], 2, "--limit cannot be"),
         (["--fit", "a.json", "--attack", "paste"], 2, "--fit measures"),
         (["--constants", "nothing.json"], 1, "nothing.json"),
+        (["--rrd", "alarm.png"], 2, "ends in .rrd"),
+        (["--fit", "a.json", "--rrd", "a.rrd"], 2, "without --rrd"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words(
@@ -126,6 +133,79 @@ def test_registration_is_for_raw_drives(tmp_path: Path, capsys: pytest.CaptureFi
     assert "raw drive" in capsys.readouterr().err
     with pytest.raises(DataError, match="no connected vehicles"):
         connected_source(Path(__file__).parent)
+
+
+def _day(root: Path) -> Path:
+    """A day of drives: one without scans, one with a broken scan, one with a whole instant."""
+    for number in (1, 2, 3):
+        drive = root / "2026_01_01" / f"2026_01_01_drive_{number:04d}_sync"
+        (drive / "oxts" / "data").mkdir(parents=True)
+        (drive / "oxts" / "data" / "0000000000.txt").touch()
+        for index in range(3) if number > 1 else ():
+            path = drive / "velodyne_points" / "data" / f"{5 * index:010d}.bin"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_points(path, scan_of(pose_at(index, 0, 0), *CARS).points)
+        if number == 2:
+            path.write_bytes(b"cut")
+    return root / "2026_01_01"
+
+
+def test_drives_that_cannot_be_judged_are_left_out_and_the_rest_is_registered(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["connected", "--data", str(_day(tmp_path)), "--poses", "registration"]
+    command += ["--out", str(tmp_path / "out")]
+    assert run([*command, "--json"]) == 3
+    captured = capsys.readouterr()
+    row, total = (json.loads(line) for line in captured.out.splitlines())
+    assert row["id"] == "2026_01_01_drive_0003_sync/0000000005"
+    before, middle, after = row["registrations"]
+    assert middle is None
+    for each in (before, after):
+        assert each["residual"] < 0.05
+        assert each["overlap"] > 0.5
+    assert total["summary"]["left_out"] == 2
+    assert "left out: 2026_01_01_drive_0001_sync: " in captured.err
+    assert "left out: 2026_01_01_drive_0002_sync/0000000005: " in captured.err
+    # What is known already is told again, with its residuals.
+    assert run(command) == 3
+    line = capsys.readouterr().out.splitlines()[0]
+    assert f"registered to {before['residual']:.3f} m, {after['residual']:.3f} m" in line
+
+
+def test_where_no_drive_can_be_judged_that_is_an_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = _day(tmp_path) / "2026_01_01_drive_0001_sync"
+    assert run(["connected", "--data", str(drive), "--out", str(tmp_path / "out")]) == 1
+    assert "no 3 scans" in capsys.readouterr().err
+
+
+def test_a_recording_is_of_the_first_alarm_or_of_the_first_instant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("yaml")
+    written: list[tuple[str, int]] = []
+
+    def kept(scans: Sequence[VehicleScan], path: Path, result: ConnectedResult) -> None:
+        assert path == tmp_path / "alarm.rrd"
+        written.append((result.id, len(scans)))
+
+    # The extra may be absent; what a recording holds is tested beside the writer.
+    monkeypatch.setattr(rerun_stream, "check_rerun", lambda: None)
+    monkeypatch.setattr(rerun_instant, "write_instant_recording", kept)
+    names = connected_source(write_sample(tmp_path / "data")).names
+    command = ["connected", "--data", str(tmp_path / "data"), "--out", str(tmp_path / "out")]
+    command += ["--rrd", str(tmp_path / "alarm.rrd")]
+    assert run(command) == 0
+    assert [name for name, _ in written] == [names[0]]
+    assert written[0][1] > 1
+    # The same instants, known by now; the second one with an alarm.
+    rows = tmp_path / "out" / "frames.jsonl"
+    first, second = rows.read_text().splitlines()
+    rows.write_text(f"{first}\n{json.dumps(json.loads(second) | {'alarm': True})}\n")
+    assert run(command) == 0
+    assert [name for name, _ in written[1:]] == [*names]
 
 
 def test_a_picture_shows_the_alarm() -> None:

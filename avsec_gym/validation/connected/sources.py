@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Literal
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.kitti.raw import KittiRaw
+from avsec_gym.kitti.raw import Drive, KittiRaw
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.validation.connected.opv2v.scenario_folders import find_scenarios, opv2v_instants
 from avsec_gym.validation.connected.raw_drive.drive_instants import (
+    DriveInstant,
     PosesBy,
     drive_instants,
 )
@@ -34,20 +35,37 @@ class ConnectedSource:
         root: The folder.
         layout: The layout of the folder.
         names: The instants' names where they are known without reading scans.
-        read: Yields the instants.
+        instants: Yields the instants; see `read`.
     """
 
     root: Path
     layout: Layout
     names: tuple[str, ...]
-    read: Callable[[], Iterator[RecordedInstant]]
+    instants: Callable[[dict[str, str] | None], Iterator[RecordedInstant]]
+
+    def read(self, left_out: dict[str, str] | None = None) -> Iterator[RecordedInstant]:
+        """The instants, one after the other.
+
+        Args:
+            left_out: Takes the reason for each raw drive without such scans, and for each of its
+                instants that cannot be read or registered, by name; None: that is an error.
+
+        Raises:
+            DataError: Something of an instant is missing or broken.
+        """
+        return self.instants(left_out)
 
     def first(self, limit: int | None) -> ConnectedSource:
         """Only the first instants."""
         if limit is None:
             return self
         names = self.names[:limit]
-        return ConnectedSource(self.root, self.layout, names, lambda: islice(self.read(), limit))
+        return ConnectedSource(
+            self.root,
+            self.layout,
+            names,
+            lambda left_out: islice(self.read(left_out), limit),
+        )
 
 
 def connected_source(root: str | Path, poses: PosesOf = "measured") -> ConnectedSource:
@@ -70,7 +88,7 @@ def connected_source(root: str | Path, poses: PosesOf = "measured") -> Connected
         world, known = ConnectedWorld(root), _not_registered(poses)
         world.check_complete()
         return ConnectedSource(
-            root, "connected", tuple(world.ids()), lambda: recorded_instants(world, known)
+            root, "connected", tuple(world.ids()), lambda _: recorded_instants(world, known)
         )
     # A raw drive: its frames, a distance apart, stand for vehicles.
     try:
@@ -85,16 +103,7 @@ def connected_source(root: str | Path, poses: PosesOf = "measured") -> Connected
                 " registers its scans onto each other"
             )
         by: PosesBy = "registration" if poses == "registration" else "oxts"
-        return ConnectedSource(
-            root,
-            "kitti_raw",
-            (),
-            lambda: (
-                instant
-                for drive in drives
-                for instant in drive_instants(drive, vehicles=VEHICLES, apart=APART, poses_by=by)
-            ),
-        )
+        return ConnectedSource(root, "kitti_raw", (), lambda out: _of_drives(drives, by, out))
     # Scenarios in OPV2V's layout.
     try:
         scenarios = find_scenarios(root)
@@ -108,8 +117,23 @@ def connected_source(root: str | Path, poses: PosesOf = "measured") -> Connected
         root,
         "opv2v",
         names,
-        lambda: (instant for each in scenarios for instant in opv2v_instants(each, known)),
+        lambda _: (instant for each in scenarios for instant in opv2v_instants(each, known)),
     )
+
+
+def _of_drives(
+    drives: Sequence[Drive], poses_by: PosesBy, left_out: dict[str, str] | None
+) -> Iterator[DriveInstant]:
+    """The instants of all drives; those without enough scans are left out, see `read`."""
+    for drive in drives:
+        try:
+            yield from drive_instants(
+                drive, vehicles=VEHICLES, apart=APART, poses_by=poses_by, left_out=left_out
+            )
+        except DataError as error:
+            if left_out is None:
+                raise
+            left_out[drive.name] = str(error)
 
 
 _REMEDY = (

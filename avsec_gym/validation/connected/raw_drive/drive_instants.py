@@ -44,7 +44,12 @@ class DriveInstant(RecordedInstant):
 
 
 def drive_instants(
-    drive: Drive, *, vehicles: int = 3, apart: int = 5, poses_by: PosesBy | None = None
+    drive: Drive,
+    *,
+    vehicles: int = 3,
+    apart: int = 5,
+    poses_by: PosesBy | None = None,
+    left_out: dict[str, str] | None = None,
 ) -> Iterator[DriveInstant]:
     """The instants of a drive, one after the other; no scan is in two of them.
 
@@ -54,6 +59,8 @@ def drive_instants(
         apart: Frames between them, 0.1 s each.
         poses_by: Where poses come from; None: oxts where all its frames have it, else
             registration.
+        left_out: Takes the reason for each instant of which a scan is broken, or two cannot be
+            registered, by its name; None: that is an error.
 
     Raises:
         ConfigurationError: Fewer than two vehicles, or no frames between them.
@@ -72,7 +79,14 @@ def drive_instants(
             remedy="Name a drive with more scans, or other intervals.",
         )
     for frames in groups:
-        yield _instant(drive, frames, poses_by)
+        try:
+            instant = _instant(drive, frames, poses_by)
+        except DataError as error:
+            if left_out is None:
+                raise
+            left_out[_name(drive, frames)] = str(error)
+        else:
+            yield instant
 
 
 def spaced_groups(numbers: Sequence[int], size: int, apart: int) -> list[tuple[int, ...]]:
@@ -94,6 +108,10 @@ def spaced_groups(numbers: Sequence[int], size: int, apart: int) -> list[tuple[i
             groups.append(group)
             left.difference_update(group)
     return groups
+
+
+def _name(drive: Drive, frames: tuple[int, ...]) -> str:
+    return f"{drive.name}/{frames[len(frames) // 2]:010d}"
 
 
 def _instant(drive: Drive, frames: tuple[int, ...], poses_by: PosesBy | None) -> DriveInstant:
@@ -120,7 +138,7 @@ def _instant(drive: Drive, frames: tuple[int, ...], poses_by: PosesBy | None) ->
             ) from error
         poses = [np.eye(4) if each is None else each.transform for each in registrations]
     return DriveInstant(
-        f"{drive.name}/{frames[middle]:010d}",
+        _name(drive, frames),
         tuple(
             VehicleScan(scan, pose, 0.0, sweep)
             for scan, pose, sweep in zip(points, poses, _sweeps(poses, frames), strict=True)
