@@ -25,6 +25,7 @@ _MEANT = {
         "clocks_apart",
         "position_noise",
         "heading_noise",
+        "roadside",
     ),
 }
 """Options that belong to some suites only; all others have `--previous`."""
@@ -80,6 +81,8 @@ class WorldMake:
     """Standard deviation of measured positions along x and along y, metres (connected)."""
     heading_noise: float = 0.2
     """Standard deviation of measured headings, degrees (connected)."""
+    roadside: bool = False
+    """A fixed LiDAR on a pole beside the road looks on, as one more witness (connected)."""
     json: bool = False
     """Print a summary as JSON."""
 
@@ -111,6 +114,7 @@ class WorldMake:
                 self.spacing, self.clocks_apart, self.position_noise, self.heading_noise
             ),
             assets=Assets(self.assets),
+            roadside=self.roadside,
         )
         return _make(recipe, self.out, self.workers, "world.make" if self.json else None)
 

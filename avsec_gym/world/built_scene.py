@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 import shapely
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.assets import part_of
 from avsec_gym.world.mesh import Mesh
@@ -70,8 +71,14 @@ class BuiltScene:
             looking: Index of the actor that looks; it does not see itself.
             egos: Indices of the actors that carry sensors.
         """
+        return self._scene(actors, actors.pose[looking], looking, egos)
+
+    def _scene(
+        self, actors: Actors, place: Floats, looking: int | None, egos: Sequence[int]
+    ) -> RayScene:
+        """All that may be seen from a place x, y, heading; see `scene`."""
         # Leave out what is too far away to be seen, and more of what no camera faces.
-        x, y, heading = actors.pose[looking]
+        x, y, heading = place
         away = self._places[:, :2] - (x, y)
         distance, reach = np.hypot(*away.T), self._places[:, 2]
         ahead = away @ (np.cos(heading), np.sin(heading))
@@ -92,6 +99,24 @@ class BuiltScene:
     def renderer(self, actors: Actors, looking: int, egos: Sequence[int] = ()) -> Renderer:
         """The renderer of `scene`."""
         return Renderer(self.scene(actors, looking, egos), self.light, self._overlay)
+
+    def renderer_from(
+        self, place: tuple[float, float, float], actors: Actors, egos: Sequence[int] = ()
+    ) -> Renderer:
+        """The renderer of what a fixed sensor may see: the scenery about it, and all actors.
+
+        Args:
+            place: x, y and heading of the sensor in the world.
+            actors: All actors of the instant.
+            egos: Indices of the actors that carry sensors.
+        """
+        scene = self._scene(actors, np.array(place), None, egos)
+        return Renderer(scene, self.light, self._overlay)
+
+    def clearance(self, x: float, y: float) -> float:
+        """Metres from a place in the world to the nearest thing of the scenery; inf without any."""
+        away = np.hypot(*(self._places[:, :2] - (x, y)).T) - self._places[:, 2]
+        return float(away.min(initial=np.inf))
 
     def _actor(self, actors: Actors, index: int, carries_sensors: bool) -> Thing:
         x, y, heading = actors.pose[index].tolist()

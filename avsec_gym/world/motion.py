@@ -55,12 +55,18 @@ def moving_bodies(instant: Instant, ego: int) -> list[MovingBody]:
         ego: Number of the vehicle among those of the instant.
     """
     own = instant.egos[ego]
-    away = instant.actors.pose[:, :2] - instant.actors.pose[own, :2]
+    near = bodies_near(instant, *instant.actors.pose[own, :2].tolist())
+    return [body for body in near if body.object_id != own]
+
+
+def bodies_near(instant: Instant, x: float, y: float) -> list[MovingBody]:
+    """All actors that move near a place in the world, metres; see `moving_bodies`."""
+    away = instant.actors.pose[:, :2] - (x, y)
     near = np.hypot(*away.T) < _FAR
     return [
         MovingBody(index, tuple(instant.actors.pose[index].tolist()), motion)
         for index in np.flatnonzero(near).tolist()
-        if index != own and not (motion := motion_of(instant, index)).stands
+        if not (motion := motion_of(instant, index)).stands
     ]
 
 

@@ -30,12 +30,15 @@ class MergedProposals:
         regions: The set's regions in the world, R of them.
         of_vehicles: What the base station took of each vehicle's proposals, world frame.
         poses: The pose that each vehicle reported, of those whose proposals were taken.
+        roadside: The numbers of fixed LiDARs beside the road, which the base station knows by their
+            connection: a vehicle that pretends to be one gains nothing.
     """
 
     complete_set: RegionMessage
     regions: Regions
     of_vehicles: Mapping[int, Regions]
     poses: Mapping[int, Floats]
+    roadside: frozenset[int] = frozenset()
 
     @property
     def authors(self) -> NDArray[np.int64]:
@@ -44,7 +47,7 @@ class MergedProposals:
 
     def stands_in(self, vehicle: int) -> NDArray[np.bool_]:
         """In which regions a vehicle itself stands, of which it sees nothing, shape (R,)."""
-        if vehicle not in self.poses or not len(self.regions):
+        if vehicle not in self.poses or vehicle in self.roadside or not len(self.regions):
             return np.zeros(len(self.regions), bool)
         return stands_in(self.regions, self.poses[vehicle])
 
@@ -84,4 +87,5 @@ def merge_proposals(
         regions,
         {each.sender: regions_in_world(each.regions, each.pose) for each in taken},
         {each.sender: each.pose for each in taken},
+        frozenset(number for number, scan in enumerate(scans) if scan.roadside),
     )

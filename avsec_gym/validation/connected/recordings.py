@@ -67,6 +67,7 @@ def recorded_instants(
                 view.measured_pose if poses == "measured" else view.pose,
                 view.time,
                 _sweep(vehicle, world.sweep),
+                vehicle.is_roadside,
             )
             for view, vehicle in zip(views, truth.vehicles, strict=True)
         )

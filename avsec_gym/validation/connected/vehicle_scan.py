@@ -23,6 +23,7 @@ class VehicleScan:
             vehicles share, as the vehicle measures it, shape (4, 4).
         time: The time of the scan after the instant, seconds.
         sweep: How the scan came about, by the vehicle's own odometry.
+        roadside: Whether it is of a fixed LiDAR beside the road: no vehicle's body stands about it.
 
     Raises:
         DataError: The pose is no rigid transform of finite numbers, or the points are not (M, 4).
@@ -36,6 +37,7 @@ class VehicleScan:
     pose: Floats
     time: float = 0.0
     sweep: RollingSweep = field(default_factory=RollingSweep)
+    roadside: bool = False
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 4:
@@ -63,7 +65,7 @@ class VehicleScan:
             return self
         places, _ = self.sweep.compensated(self.points)
         points = np.c_[places, self.points[:, 3]].astype(np.float32)
-        return VehicleScan(points, self.pose, self.time, RollingSweep(period=self.sweep.period))
+        return replace(self, points=points, sweep=RollingSweep(period=self.sweep.period))
 
     def with_points(self, points: NDArray[np.float32]) -> VehicleScan:
         """The same scan of other points, such as tampered ones."""

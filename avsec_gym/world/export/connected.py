@@ -10,18 +10,21 @@ import numpy as np
 
 from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.actors import Integers
+from avsec_gym.world.actors import Instant, Integers
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.capture import Sweep, render
-from avsec_gym.world.drives import MOST_DRIVE_FRAMES, drive_scenes
+from avsec_gym.world.capture import Scan, Sweep, render
+from avsec_gym.world.drives import MOST_DRIVE_FRAMES, DriveScenes, drive_scenes
 from avsec_gym.world.export.connected_world import ConnectedWorld, write_meetings
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.instants import instant_of, write_instant
 from avsec_gym.world.export.measured_poses import clock_offsets, measured_pose, pose_errors
 from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.motion import later, motion_of
+from avsec_gym.world.roadside_lidar import roadside_pose, roadside_scan
 from avsec_gym.world.traffic.egos import EGO_SPACING
 
 MOST_VEHICLES = 100
@@ -81,9 +84,13 @@ class ConnectedVehicles:
             instant has a place of its own.
         connection: How the vehicles stand to one another, and what they know of it.
         assets: The part of the assets that all places and actors are made of.
+        roadside: Whether a fixed LiDAR on a pole beside the road looks on, as ``vehicle_N`` after
+            the vehicles, without images and labels; it knows its own pose.  All other files are
+            what they are without it.
 
     Raises:
-        ConfigurationError: Another number of vehicles, or of instants at a place.
+        ConfigurationError: Another number of vehicles, or of instants at a place; a LiDAR beside
+            the road where no scans are written.
     """
 
     count: int
@@ -93,8 +100,11 @@ class ConnectedVehicles:
     drive_frames: int = 1
     connection: Connection = Connection()
     assets: Assets = Assets.ALL
+    roadside: bool = False
 
     def __post_init__(self) -> None:
+        if self.roadside and not self.sensors.lidar:
+            raise ConfigurationError("a LiDAR beside the road writes scans: it needs LiDARs")
         whole_number("vehicles", self.vehicles, 2, MOST_VEHICLES)
         whole_number("drive_frames", self.drive_frames, 1, MOST_DRIVE_FRAMES)
 
@@ -109,6 +119,8 @@ class ConnectedVehicles:
             "drive_frames": self.drive_frames,
             **asdict(self.connection) | {"spacing": list(self.connection.spacing)},
             **self.sensors.to_json(self._cameras, Sweep.ROLLING),
+            # Data sets without it have the manifests that they always had.
+            **({"roadside": True} if self.roadside else {}),
         }
 
     @property
@@ -134,7 +146,9 @@ class ConnectedVehicles:
         posed, id = scenes[frame], f"{number:06d}"
         instant = posed.instant
         # Each vehicle looks at its own time, at the world as it is then.
-        offsets = clock_offsets(self.seed, drive, self.vehicles, connection.clocks_apart).tolist()
+        looking = self.vehicles + self.roadside
+        offsets = clock_offsets(self.seed, drive, looking, connection.clocks_apart).tolist()
+        beside = [self._look_on(root, id, scenes, frame, offsets[-1])] if self.roadside else []
         points: list[Integers] = []
         for vehicle, own in enumerate(instant.egos):
             seen = later(posed, offsets[vehicle])
@@ -142,9 +156,7 @@ class ConnectedVehicles:
             capture = render(
                 seen, ego=vehicle, cameras=self._cameras, lidar=sensors.scanner, sweep=sweep
             )
-            ids = np.zeros(0, int) if capture.scan is None else capture.scan.object_id
-            counts = np.bincount(ids[ids >= 0], minlength=len(instant.actors))
-            points.append(counts.astype(np.int64))
+            points.append(_points_on(instant, capture.scan))
             # True and measured pose of its velodyne.
             folder = root / f"vehicle_{vehicle}" / "training"
             pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
@@ -155,7 +167,7 @@ class ConnectedVehicles:
             _write_pose(folder / "measured_pose" / f"{id}.txt", measured)
             # The truth of all comes before the last vehicle's label, which ends the instant.
             if vehicle == self.vehicles - 1:
-                truth = instant_of(instant, drive, frame, offsets, points)
+                truth = instant_of(instant, drive, frame, offsets, [*points, *beside])
                 write_instant(root / "objects" / f"{id}.json", truth)
             notes = {
                 "actor": int(instant.actors.id[own]),
@@ -167,6 +179,21 @@ class ConnectedVehicles:
             write_object_files(folder, id, seen, capture, notes=notes)
         return []
 
+    def _look_on(
+        self, root: Path, id: str, scenes: DriveScenes, frame: int, offset: float
+    ) -> Integers:
+        """Write what the LiDAR beside the road scans; its number of points on each actor."""
+        posed, pose = scenes[frame], roadside_pose(scenes.world)
+        lidar = self.sensors.scanner
+        assert lidar is not None, "a LiDAR beside the road comes with LiDARs"
+        scan = roadside_scan(later(posed, offset), pose, lidar, self.sensors.sweep or Sweep.ROLLING)
+        folder = root / f"vehicle_{self.vehicles}" / "training"
+        for name in ("pose", "measured_pose"):
+            _write_pose(folder / name / f"{id}.txt", pose)
+        seen = SensorFrame(id, posed.rig.calibration, {}, scan.points)
+        write_object_frame(folder, seen, overwrite=True)
+        return _points_on(posed.instant, scan)
+
     def finish(self, root: Path) -> None:
         """See `Recipe`: how much the vehicles see of the same objects."""
         if self.sensors.lidar:
@@ -175,6 +202,12 @@ class ConnectedVehicles:
     @property
     def _cameras(self) -> tuple[int, ...]:
         return self.sensors.or_usual(2, 3)
+
+
+def _points_on(instant: Instant, scan: Scan | None) -> Integers:
+    """Number of points of a scan on each actor, shape (N,)."""
+    ids = np.zeros(0, int) if scan is None else scan.object_id
+    return np.bincount(ids[ids >= 0], minlength=len(instant.actors)).astype(np.int64)
 
 
 def _write_pose(path: Path, pose: Floats) -> None:

@@ -23,6 +23,8 @@ SEEN_POINTS = 5
 _REACH = 80.0
 """Metres from a sensor vehicle within which objects are listed."""
 _MOST_FRAMES = 10**9
+ROADSIDE = -1
+"""The number that stands for an actor's in the entry of a fixed LiDAR beside the road."""
 _AGAIN = "Remove the last vehicle's label file of this instant and run `avsec world make` again."
 
 
@@ -31,7 +33,8 @@ class SensorVehicle:
     """One of the connected vehicles at an instant.
 
     Args:
-        actor: Number of the vehicle among all actors, as in `WorldObject`.
+        actor: Number of the vehicle among all actors, as in `WorldObject`; negative: a fixed LiDAR
+            beside the road, which is none.
         time: Time of its cameras' trigger, which is that of its scan and poses, after the instant,
             seconds.
         speed: Speed along its heading, m/s.
@@ -42,6 +45,11 @@ class SensorVehicle:
     time: float
     speed: float
     turn_rate: float
+
+    @property
+    def is_roadside(self) -> bool:
+        """Whether this is a fixed LiDAR beside the road, without a vehicle's body about it."""
+        return self.actor < 0
 
 
 @dataclass(frozen=True)
@@ -126,8 +134,9 @@ def instant_of(
         instant: Actors at the instant, with turn rates.
         drive: Number of the drive.
         frame: Number of the instant in its drive.
-        times: Each vehicle's own time after the instant, seconds.
-        points: Number of points of each vehicle's scan on each actor, shape (N,) each.
+        times: Each vehicle's own time after the instant, seconds; where there is one more, it is
+            that of a fixed LiDAR beside the road.
+        points: Number of points of each scan on each actor, in the same order, shape (N,) each.
     """
     actors, egos = instant.actors, list(instant.egos)
     turn_rate = np.zeros(len(actors)) if instant.turn_rate is None else instant.turn_rate
@@ -141,7 +150,10 @@ def instant_of(
         SensorVehicle(
             int(actors.id[own]), number(time), number(actors.speed[own]), number(turn_rate[own])
         )
-        for own, time in zip(egos, times, strict=True)
+        for own, time in zip(egos, times[: len(egos)], strict=True)
+    )
+    vehicles += tuple(
+        SensorVehicle(ROADSIDE, number(time), 0.0, 0.0) for time in times[len(egos) :]
     )
     objects = tuple(
         WorldObject(
@@ -188,6 +200,8 @@ def read_instant(path: str | Path) -> ConnectedInstant:
             raise ValueError(f"drive and frame are whole numbers from 0 to {_MOST_FRAMES:,}")
         if any(len(each.points) != len(vehicles) for each in objects):
             raise ValueError("an object has a number of points for each vehicle")
+        if any(each.actor < 0 for each in objects):
+            raise ValueError("an object's actor is 0 or more")
     except (KeyError, TypeError, ValueError) as error:
         raise DataError(
             f"This describes no instant of connected vehicles: {error}.", path=path, remedy=_AGAIN
@@ -196,7 +210,7 @@ def read_instant(path: str | Path) -> ConnectedInstant:
 
 
 _BETWEEN: dict[str, tuple[float, float]] = {
-    "actor": (0, 10**9),
+    "actor": (-(10**9), 10**9),
     "time": (-10.0, 10.0),
     "speed": (-1e3, 1e3),
     "turn_rate": (-1e3, 1e3),

@@ -47,6 +47,7 @@ def suite_recipe(
     drive_frames: int | None = None,
     connection: Connection | None = None,
     assets: Assets = Assets.ALL,
+    roadside: bool = False,
 ) -> Recipe:
     """How to make a suite.
 
@@ -62,6 +63,7 @@ def suite_recipe(
         connection: How connected vehicles stand to one another, and what they know of it; as
             usual if None (connected).
         assets: The part of the assets that all places and actors are made of.
+        roadside: Whether a fixed LiDAR beside the road looks on (connected).
 
     Raises:
         ConfigurationError: An unknown suite, or a number that cannot be.
@@ -75,7 +77,7 @@ def suite_recipe(
     if suite == "connected":
         each = 1 if drive_frames is None else drive_frames
         known = connection or Connection()
-        return ConnectedVehicles(frames, seed, sensors, vehicles, each, known, assets)
+        return ConnectedVehicles(frames, seed, sensors, vehicles, each, known, assets, roadside)
     if suite in _ROAD_TYPES:
         return LayoutFrames(suite, frames, seed, sensors, previous, assets)
     raise ConfigurationError(f"{suite!r} is no suite; there are {', '.join(SUITES)}")

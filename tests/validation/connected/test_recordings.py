@@ -7,6 +7,7 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.recordings import recorded_instants
+from avsec_gym.world.export import SensorVehicle
 
 
 def _world(sweep: str = "instant") -> SimpleNamespace:
@@ -14,7 +15,7 @@ def _world(sweep: str = "instant") -> SimpleNamespace:
     measured[0, 3] = 0.2
     frame = SimpleNamespace(points=np.ones((3, 4), np.float32))
     views = [SimpleNamespace(frame=frame, pose=true, measured_pose=measured, time=0.05)]
-    truth = SimpleNamespace(vehicles=[SimpleNamespace(speed=12.0, turn_rate=0.0)])
+    truth = SimpleNamespace(vehicles=[SensorVehicle(0, 0.05, 12.0, 0.0)])
     return SimpleNamespace(
         ids=lambda: ["000000", "000001"],
         views=lambda id: views,

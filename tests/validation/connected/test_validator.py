@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from avsec_gym.validation.connected.messages.region_message import RegionMessage
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
+from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.traffic import MessageKind
 from avsec_gym.validation.connected.validator import ConnectedValidator, Method
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -233,6 +235,26 @@ def test_a_vehicle_is_no_witness_of_what_it_stands_in(clean: list[VehicleScan]) 
         assert not result.counts[region, :, vehicle].any()
         merged_in.append(region)
     assert len(set(merged_in)) == 4
+
+
+def test_a_roadside_lidar_bears_witness_of_what_stands_under_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    car = (3.0, 0.0, 0.0)
+    poses = (pose_at(20, 5, np.pi), pose_at(0, 0, 0))
+    scans = [scan_of(pose, car) for pose in poses]
+    fixed = [scans[0], replace(scans[1], roadside=True)]
+    # The scan keeps what it is when its motion is compensated, and when its points are others.
+    moving = replace(fixed[1], sweep=RollingSweep(speed=1.0))
+    assert moving.compensated().roadside
+    assert moving.with_points(moving.points[:5]).roadside
+    # The car is where a vehicle with this sensor would have its own body.
+    as_vehicle, as_pole = (ConnectedValidator().validate(each) for each in (scans, fixed))
+    for result, witnesses in ((as_vehicle, False), (as_pole, True)):
+        assert result.counts is not None
+        here = np.hypot(*(result.regions.centre[:, :2] - car[:2]).T) < 2.0
+        assert here.any()
+        assert bool(result.counts[here, 0, 1].any()) == witnesses
 
 
 def test_bad_arguments_are_named(clean: list[VehicleScan]) -> None:

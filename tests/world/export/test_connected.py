@@ -57,6 +57,16 @@ def drive(tmp_path_factory: pytest.TempPathFactory, rig: SensorRig) -> Path:
     return root
 
 
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory: pytest.TempPathFactory, rig: SensorRig) -> Path:
+    """The instant of `connected`, with a LiDAR beside the road."""
+    root = tmp_path_factory.mktemp("watched")
+    sensors = Sensors((2,), rig=rig, sweep=Sweep.INSTANT)
+    recipe = suite_recipe("connected", 1, 1, sensors=sensors, vehicles=2, roadside=True)
+    make_data_set(recipe, root, workers=1)
+    return root
+
+
 def in_box(points: Floats, box: WorldObject, place: Floats, margin: float) -> int:
     """How many points of the world lie in a box at a pose x, y, heading."""
     away = points - [*place[:2], box.location[2]]
@@ -82,6 +92,55 @@ def test_labels_of_both_lie_where_the_actors_are(connected: Path, rig: SensorRig
             assert place == pytest.approx([*actors.pose[index, :2], actors.z[index]], abs=0.01)
             checked += 1
     assert checked > 0
+
+
+def test_a_lidar_beside_the_road_changes_nothing_else(connected: Path, watched: Path) -> None:
+    without, within = contents(connected), contents(watched)
+    more = {name for name in within if name not in without}
+    assert more == {
+        f"vehicle_2/training/{kind}/000000.{suffix}"
+        for kind, suffix in (
+            ("velodyne", "bin"),
+            ("calib", "txt"),
+            ("pose", "txt"),
+            ("measured_pose", "txt"),
+        )
+    }
+    changed = {name for name in without if without[name] != within[name]}
+    assert changed == {"manifest.json", "objects/000000.json", "meetings.json"}
+
+
+def test_a_lidar_beside_the_road_is_one_more_witness(watched: Path) -> None:
+    [instant] = recorded_instants(ConnectedWorld(watched))
+    assert [scan.roadside for scan in instant.scans] == [False, False, True]
+    pole, truth = instant.scans[2], instant.truth
+    assert truth is not None
+    assert truth.vehicles[2].is_roadside
+    # It stands upright, 5 m above the ground, and off the carriageway; it knows where it is.
+    world = drive_scenes(1, 0, 1, 2).world
+    x, y, z = pole.pose[:3, 3]
+    assert z - world.site.ground.height(x, y) == pytest.approx(5.0)
+    np.testing.assert_array_equal(pole.pose[2, :3], [0, 0, 1])
+    np.testing.assert_array_equal(pole.pose, instant.true_pose(2))
+    _, left = world.site.course.coordinates(np.array([x]), np.array([y]))
+    low, high = world.site.section.carriageway
+    assert min(abs(left[0] - low), abs(left[0] - high)) == pytest.approx(0.8, abs=0.05)
+    assert not low < left[0] < high
+    # Its points lie on the same ground and the same objects, the sensor vehicles among them.
+    places = pole.in_world()
+    above = places[:, 2] - world.site.ground.height(places[:, 0], places[:, 1])
+    assert (np.abs(above) < 0.25).mean() > 0.2
+    assert (above < -0.5).mean() < 0.02
+    assert max(each.points[2] for each in truth.objects[:2]) > 20
+    for each in truth.objects:
+        if each.points[2] > 200:
+            inside = in_box(places, each, each.pose_after(0.0), 0.08)
+            assert 0.7 * each.points[2] < inside <= 1.1 * each.points[2] + 5
+
+
+def test_a_lidar_beside_the_road_needs_scans() -> None:
+    with pytest.raises(ConfigurationError, match="needs LiDARs"):
+        suite_recipe("connected", 1, sensors=Sensors(lidar=False), roadside=True)
 
 
 def test_scans_meet_on_the_ground(connected: Path) -> None:

@@ -110,7 +110,10 @@ def opv2v_instants(scenario: Opv2vScenario, poses: Poses = "true") -> Iterator[R
         files = [read_yaml_mapping(place.with_suffix(".yaml")) for place in places]
         scans = tuple(
             VehicleScan(
-                velodyne_points(read_pcd(place.with_suffix(".pcd"))), _lidar_pose(file, poses)
+                velodyne_points(read_pcd(place.with_suffix(".pcd"))),
+                _lidar_pose(file, poses),
+                # V2XSet numbers roadside sensors below zero.
+                roadside=int(place.parent.name) < 0,
             )
             for place, file in zip(places, files, strict=True)
         )

@@ -66,7 +66,10 @@ def count_rays(
         margins: What may lie apart.
     """
     counts = np.zeros((len(claims), 3), np.int64)
-    seen = np.flatnonzero(~stands_in(regions, witness.pose)[claims.region])
+    blind = np.zeros(len(regions), bool)
+    if not witness.scan.roadside:
+        blind = stands_in(regions, witness.pose)
+    seen = np.flatnonzero(~blind[claims.region])
     counts[seen] = count_outcomes(witness, claims[seen], regions, margins)[0]
     stands = ~claims.velocity.any(axis=1)
     doubted = np.flatnonzero(stands & (counts[:, 1] > counts[:, 0]))

@@ -30,6 +30,16 @@ def test_all_vehicles_see_the_car_where_it_is(tmp_path: Path) -> None:
     assert second.truth.frame == 1
 
 
+def test_a_negative_number_is_a_lidar_beside_the_road(tmp_path: Path) -> None:
+    folder = write_sample(tmp_path)
+    (folder / "650").rename(folder / "-1")
+    [instant, *_] = opv2v_instants(find_scenarios(folder)[0])
+    assert [scan.roadside for scan in instant.scans] == [True, False]
+    assert instant.truth is not None
+    assert [each.is_roadside for each in instant.truth.vehicles] == [True, False]
+    assert [each.actor for each in instant.truth.vehicles] == [-1, 641]
+
+
 def test_the_truth_is_the_listed_vehicle_once(tmp_path: Path) -> None:
     [instant, *_] = opv2v_instants(find_scenarios(write_sample(tmp_path))[0], "measured")
     assert instant.truth is not None
