@@ -116,6 +116,10 @@ BUILT_IN = {
         "avsec_gym.validation.likelihood.likelihood_validator:LikelihoodValidator",
         {},
     ),
+    (Kind.VALIDATOR, "connected"): (
+        "avsec_gym.validation.connected.frame_validator:connected_validator",
+        {},
+    ),
     (Kind.OPTICAL_ATTACK, "facula"): ("avsec_gym.attacks.facula:Facula", {}),
     (Kind.OPTICAL_ATTACK, "lidar_spoofing"): ("avsec_gym.attacks.lidar_spoofing:LidarSpoofing", {}),
     (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),

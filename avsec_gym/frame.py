@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.connected_scans import ConnectedScans
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
 
@@ -177,6 +178,8 @@ class SensorFrame:
         scan: The LiDAR's points, or a function that loads them; None without LiDAR.
         previous: Earlier frames, the latest first.
         origin: The folder that it was read from, for messages.
+        neighbours: What connected vehicles share at this instant, or a function that loads it; None
+            where there are none.
     """
 
     id: str
@@ -185,6 +188,9 @@ class SensorFrame:
     scan: Points | Callable[[], Points] | None = field(default=None, repr=False)
     previous: tuple[SensorFrame, ...] = field(default=(), repr=False)
     origin: Path | None = None
+    neighbours: ConnectedScans | Callable[[], ConnectedScans] | None = field(
+        default=None, repr=False
+    )
 
     def image(self, camera: int = 2) -> Image:
         """A camera's image, shape (H, W, 3).
@@ -220,6 +226,28 @@ class SensorFrame:
                 remedy="KITTI's object layout keeps scans in velodyne/.",
             )
         return self.scan() if callable(self.scan) else self.scan
+
+    @property
+    def has_neighbours(self) -> bool:
+        """Whether connected vehicles share what they scan."""
+        return self.neighbours is not None
+
+    @cached_property
+    def connected(self) -> ConnectedScans:
+        """What connected vehicles share at this instant.
+
+        Raises:
+            DataError: There are none, or a file is missing or broken.
+        """
+        if self.neighbours is None:
+            raise DataError(
+                f"No other vehicle shares its scan at frame {self.id}.",
+                path=self.origin,
+                remedy="Name a vehicle of a data set of `avsec world make --suite connected`, such"
+                ' as DATA/vehicle_0; or drives of connected vehicles, {"source": "drives",'
+                ' "vehicles": 3}.',
+            )
+        return self.neighbours() if callable(self.neighbours) else self.neighbours
 
     def stereo(self, left: int = 2, right: int = 3) -> StereoPair:
         """Two cameras as a pair.

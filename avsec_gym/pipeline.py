@@ -42,7 +42,7 @@ from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.validation.compromised_sensors import Untrusted
 from avsec_gym.validation.response import Response, trusted_frame
-from avsec_gym.validation.validator import Validation
+from avsec_gym.validation.validator import Judgement
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Perception:
     believed: Boxes3D
     road_type: RoadType | None
     seconds: dict[str, float] = field(default_factory=dict)
-    validation: Validation | None = None
+    validation: Judgement | None = None
     stops: bool = False
 
 
@@ -113,7 +113,8 @@ class Pipeline:
         motion: The objects that the planner takes as moving where there is no classifier.
         score_threshold: The least score of a detection that is planned on.
         whole_levels: Whether attacked images have whole grey levels, as a camera's have.
-        validator: The validator before O; None: the sensors are trusted.
+        validator: The validator before O; None: the sensors are trusted.  ``connected`` judges the
+            LiDAR by what other vehicles scan (`SensorFrame.connected`).
         response: The car's response to the validator's alarm; None: it drives on, and the alarm is
             only reported.
         victim: The detector that the attack knows; None: the car's.
@@ -206,7 +207,7 @@ class Pipeline:
         attacked: SensorFrame = self.attack.attack(frame, victim, seed)
         return quantised(attacked) if self.whole_levels else attacked
 
-    def perceive(self, frame: SensorFrame, validation: Validation | None = None) -> Perception:
+    def perceive(self, frame: SensorFrame, validation: Judgement | None = None) -> Perception:
         """What the car believes: the validator first, then O, C and S.
 
         Args:
@@ -226,7 +227,7 @@ class Pipeline:
             nothing = Boxes3D.empty()
             return Perception(nothing, nothing, None, seconds, validation, stops=True)
 
-    def trusted(self, frame: SensorFrame, validation: Validation | None) -> SensorFrame:
+    def trusted(self, frame: SensorFrame, validation: Judgement | None) -> SensorFrame:
         """The frame that O gets, in response to the validator's result on it.
 
         Raises:

@@ -31,6 +31,8 @@ DRIVES = "drives"
 NAMED = (LAYOUTS, DRIVES, KITTI_TRACKING, KITTI_RAW)
 """All names of scenes to drive in."""
 _DRIVES_COUNT = 100
+_MOST_VEHICLES = 10
+"""Each scans anew at every instant, which takes half a second and more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +98,7 @@ def loop_scenes(
     people: bool = True,
     root: str | Path | None = None,
     every: float = EVERY,
+    vehicles: int = 1,
 ) -> LoopScenes:
     """The scenes that a name or a folder stands for.
 
@@ -111,12 +114,16 @@ def loop_scenes(
         people: Whether pedestrians and cyclists are there.
         root: Root of the KITTI tracking benchmark or of KITTI raw, for recordings.
         every: Seconds from the start of one window of a recording to the next.
+        vehicles: The number of vehicles with sensors in procedural drives: the car, and those that
+            share their scans with it.
 
     Raises:
         ConfigurationError: The name is mistyped, recordings have no root, or a root or `every`
-            is given for others.
+            or `vehicles` is given for others.
         DataError: A folder or file is missing or broken.
     """
+    if vehicles != 1 and str(source) != DRIVES:
+        raise ConfigurationError(f"vehicles is for {DRIVES}, not for {source}")
     if source in (KITTI_TRACKING, KITTI_RAW):
         from avsec_gym.closed_loop.recorded.recorded_scenes import recorded_scenes
 
@@ -131,13 +138,16 @@ def loop_scenes(
             f"root and every are for {KITTI_TRACKING} and {KITTI_RAW}, not for {source}"
         )
     if str(source) == DRIVES:
-        from avsec_gym.closed_loop.procedural_drives import procedural_drive
+        from avsec_gym.closed_loop.procedural_drives import drive_prefix, procedural_drive
 
-        prefix = "drive" if seed == 0 else f"drive-s{seed}"
+        prefix = drive_prefix(seed, whole_number("vehicles", vehicles, 1, _MOST_VEHICLES))
         drives = _DRIVES_COUNT if count is None else whole_number("count", count, 1, MOST_LAYOUTS)
         ids = tuple(f"{prefix}-{i:06d}" for i in range(drives))
         return LoopScenes(
-            ids, lambda id: procedural_drive(seed, int(id.rpartition("-")[2]), people=people)
+            ids,
+            lambda id: procedural_drive(
+                seed, int(id.rpartition("-")[2]), people=people, vehicles=vehicles
+            ),
         )
     if is_folder(Path(source) / "training"):
         data = frame_scenes(source, seed=seed, count=count)

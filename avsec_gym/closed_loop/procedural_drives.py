@@ -41,6 +41,7 @@ def procedural_drive(
     people: bool = True,
     duration: float = 8.0,
     rig: SensorRig | None = None,
+    vehicles: int = 1,
 ) -> TrafficScene:
     """A drive of the procedural world.
 
@@ -50,8 +51,11 @@ def procedural_drive(
         people: Whether pedestrians and cyclists are there.
         duration: Seconds of recorded traffic at least.
         rig: The sensors that the car carries; None: KITTI's.
+        vehicles: The number of vehicles with sensors: the car, and those that are connected with
+            it.  The traffic of a drive depends on it.
     """
-    scenes = drive_scenes(seed, number, frames=math.ceil(duration / STEP) + 2, rig=rig)
+    frames = math.ceil(duration / STEP) + 2
+    scenes = drive_scenes(seed, number, frames=frames, egos=vehicles, rig=rig)
     world = scenes.world
     ego = world.instants[0].egos[0]
     first = world.instants[0].actors
@@ -59,7 +63,7 @@ def procedural_drive(
     x, y, heading = first.pose[ego].tolist()
     highway = world.site.style == Style.HIGHWAY
     return TrafficScene(
-        id=f"drive-{number:06d}" if seed == 0 else f"drive-s{seed}-{number:06d}",
+        id=f"{drive_prefix(seed, vehicles)}-{number:06d}",
         road=road_of(world.site.course, world.site.section),
         road_type=RoadType.HIGHWAY if highway else RoadType.STREET,
         start=EgoState(x, y, speed, heading),
@@ -67,6 +71,12 @@ def procedural_drive(
         cruise=_cruise(speed, highway),
         sensors=RenderedSensors(scenes),
     )
+
+
+def drive_prefix(seed: int, vehicles: int = 1) -> str:
+    """What the ids of a set of procedural drives begin with; see `procedural_drive`."""
+    named = "drive" if seed == 0 else f"drive-s{seed}"
+    return named if vehicles == 1 else f"{named}-v{vehicles}"
 
 
 def _cruise(speed: float, highway: bool) -> tuple[float, float]:

@@ -258,7 +258,9 @@ def _registered(recorded: RecordedInstant) -> RegisteredRow:
         return {}
     return {
         "registrations": [
-            each and {"residual": round(each.residual, 4), "overlap": round(each.overlap, 4)}
+            None
+            if each is None
+            else {"residual": round(each.residual, 4), "overlap": round(each.overlap, 4)}
             for each in recorded.registrations
         ]
     }

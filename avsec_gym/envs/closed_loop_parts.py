@@ -27,6 +27,7 @@ from avsec_gym.closed_loop.perception import (
     TruthPerception,
 )
 from avsec_gym.closed_loop.sensor_needs import SensorNeeds, width_read
+from avsec_gym.envs.game_validator import judges_by_others
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import Parts
 from avsec_gym.errors import ConfigurationError
@@ -217,10 +218,13 @@ def _refuse_unasked(parts: Parts, perception: str) -> None:
 
 
 def _needs(level: str, parts: Parts) -> SensorNeeds:
-    """What a level reads; a validator compares all sensors, as they are."""
-    if level == SENSORS or parts.validator is not None:
+    """What a level reads; a validator compares all sensors, as they are, or the LiDAR alone."""
+    connected = parts.validator is not None and judges_by_others(parts.validator)
+    # Attacks on a LiDAR that a validator judges are placed in a camera's view.
+    aimed = connected and parts.attack is not None
+    if level == SENSORS or aimed or (parts.validator is not None and not connected):
         return SensorNeeds()
-    return SensorNeeds(cameras=()) if level == LIDAR else SensorNeeds(scan=False)
+    return SensorNeeds(cameras=()) if level == LIDAR else SensorNeeds(scan=connected)
 
 
 def light_perceptions(made: Made, motion: Motion, count: int) -> list[LightPerception]:

@@ -106,9 +106,24 @@ def is_measured(what: Any) -> bool:
     return isinstance(what, str) and what == "thresholds"
 
 
+def judges_by_others(what: Any) -> bool:
+    """Whether a validator, named or live, judges the LiDAR by what connected vehicles scan."""
+    named = what.get("name") if isinstance(what, Mapping) else getattr(what, "name", what)
+    return isinstance(named, str) and named == "connected"
+
+
 def _check_sensors(validator: Validator, scenes: FrameScenes) -> None:
     """Check on the first scene that the sensors which the validator judges are there."""
     frame = scenes.frame(scenes.scenes.labelled[0])
+    if judges_by_others(validator):
+        try:
+            _ = frame.points, frame.connected
+        except DataError as error:
+            raise ConfigurationError(
+                "the validator 'connected' cannot judge the scenes of"
+                f" {scenes.scenes.name}: {error}"
+            ) from error
+        return
     try:
         for sensor in validator.system.sensors:
             _ = frame.points if sensor == LIDAR else frame.image(int(sensor))

@@ -10,7 +10,7 @@ import numpy as np
 from avsec_gym.geometry import Floats
 
 if TYPE_CHECKING:  # OpenCV is loaded with the validator, not before.
-    from avsec_gym.validation.validator import Validation
+    from avsec_gym.validation.validator import Judgement
 
 MEASURES = ("error", "hole_share", "densest", "brightness")
 """See `avsec_gym.validation.evidence.disparity_error.DisparityError`."""
@@ -30,11 +30,16 @@ class ValidatorReport:
     shares: Floats
 
     @classmethod
-    def of(cls, validation: Validation | None) -> ValidatorReport:
-        """The report; without a validator there is no alarm, and all shares are 0."""
+    def of(cls, validation: Judgement | None) -> ValidatorReport:
+        """The report; without a validator there is no alarm.
+
+        All shares are 0 without one, and by one that does not compare the car's own sensors.
+        """
+        from avsec_gym.validation.validator import Validation
+
         nothing = np.zeros(len(MEASURES))
-        if validation is None:
-            return cls(False, nothing)
+        if not isinstance(validation, Validation):
+            return cls(validation is not None and validation.alarm, nothing)
         known = [validation.errors[triple].shares for triple in validation.errors.known]
         return cls(validation.alarm, np.max([nothing, *known], axis=0))
 

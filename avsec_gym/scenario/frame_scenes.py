@@ -59,7 +59,14 @@ class FrameScenes:
         Raises:
             DataError: The calibration is missing or broken.
         """
-        return self.data[scene.id].frame(scene.id)
+        data = self.data[scene.id]
+        frame = data.frame(scene.id)
+        if not data.folder.resolve().parent.name.startswith("vehicle_"):
+            return frame
+        # One of several connected vehicles: what the others share stands beside the frame.
+        from avsec_gym.world.export.connected_world import neighbours_of
+
+        return replace(frame, neighbours=neighbours_of(data, scene.id))
 
     def labels(self, scene: Scene) -> Boxes3D:
         """What is to be seen in the images, with the regions not to care about.

@@ -18,8 +18,8 @@ def scene_arguments(what: Any, function: Callable[..., Any]) -> dict[str, Any]:
 
     Args:
         what: The function's first argument, or a dictionary of all that are named.
-        function: Takes names, paths, or lists of them; and a ``count``, a ``seed``, a
-            flag ``contested``, and seconds ``every``.
+        function: Takes names, paths, or lists of them; and a ``count``, a ``seed``, a number of
+            ``vehicles``, a flag ``contested``, and seconds ``every``.
 
     Raises:
         ConfigurationError: These are no such arguments.
@@ -49,6 +49,8 @@ def _checked(parameter: Parameter, value: Any) -> Any:
         return None
     if name == "count":
         return whole_number(name, value, 1, MOST_LAYOUTS)
+    if name == "vehicles":
+        return whole_number(name, value, 1)
     if name == "seed":
         return whole_number(name, value, 0)
     if name == "every":

@@ -20,7 +20,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, LazyImages, SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem, sensor_name
 from avsec_gym.validation.state_posterior import SensorStatus
-from avsec_gym.validation.validator import Validation
+from avsec_gym.validation.validator import Judgement, Validation
 
 SHORTEST_BASELINE = 0.4
 """Share of the usual baseline; a detector that expects that one takes what a shorter one sees for
@@ -31,7 +31,7 @@ class Untrusted(DataError):
     """What is asked for is not to be trusted, and nothing takes its place."""
 
 
-def without_compromised_sensors(frame: SensorFrame, validation: Validation) -> SensorFrame:
+def without_compromised_sensors(frame: SensorFrame, validation: Judgement) -> SensorFrame:
     """The frame without the data of compromised sensors.
 
     If a camera of the stereo pair is compromised, another pair of sound cameras replaces both:
@@ -66,9 +66,9 @@ def with_compromised_sensors_repaired(frame: SensorFrame, validation: Validation
     )
 
 
-def _parted(validation: Validation) -> tuple[list[Sensor], list[Sensor]]:
-    """Sound and compromised sensors, in the system's order."""
-    sensors = validation.errors.maps.system.sensors
+def _parted(validation: Judgement) -> tuple[list[Sensor], list[Sensor]]:
+    """Sound and compromised sensors, the LiDAR first, then cameras from right to left."""
+    sensors = list(validation.statuses)
     sound = [sensor for sensor in sensors if validation.statuses[sensor] == SensorStatus.SOUND]
     return sound, [sensor for sensor in sensors if sensor not in sound]
 

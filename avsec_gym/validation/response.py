@@ -7,12 +7,8 @@ from enum import StrEnum
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.suggestions import unknown_name
-from avsec_gym.validation.compromised_sensors import (
-    Untrusted,
-    with_compromised_sensors_repaired,
-    without_compromised_sensors,
-)
-from avsec_gym.validation.validator import Validation
+from avsec_gym.validation.compromised_sensors import Untrusted, without_compromised_sensors
+from avsec_gym.validation.validator import Judgement
 
 
 class Response(StrEnum):
@@ -25,7 +21,8 @@ class Response(StrEnum):
     be, and stops where that is impossible (`without_compromised_sensors`)."""
     REPAIR = "repair"
     """The car drives on with the data of compromised sensors repaired by the others, and stops
-    where these are too few (`with_compromised_sensors_repaired`)."""
+    where these are too few (`with_compromised_sensors_repaired`); or, by connected vehicles, with
+    the scan that these give back (`recovered_scan`)."""
 
     @classmethod
     def named(cls, name: Response | str) -> Response:
@@ -41,7 +38,7 @@ class Response(StrEnum):
             raise ConfigurationError(unknown_name(problem, str(name), cls)) from None
 
 
-def trusted_frame(frame: SensorFrame, validation: Validation, response: Response) -> SensorFrame:
+def trusted_frame(frame: SensorFrame, validation: Judgement, response: Response) -> SensorFrame:
     """The frame that detectors get; without an alarm the whole frame.
 
     Args:
@@ -59,4 +56,4 @@ def trusted_frame(frame: SensorFrame, validation: Validation, response: Response
         raise Untrusted(f"Frame {frame.id}: there is an alarm.", path=frame.origin)
     if response == Response.DROP:
         return without_compromised_sensors(frame, validation)
-    return with_compromised_sensors_repaired(frame, validation)
+    return validation.repaired(frame)

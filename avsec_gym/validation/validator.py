@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
@@ -48,8 +49,40 @@ class Exceeded:
 
 
 @dataclass(frozen=True, eq=False)
-class Validation:
-    """The result of a validator for one frame.
+class Judgement(ABC):
+    """What any validator makes of a frame, and a car needs to go on.
+
+    Args:
+        alarm: Whether an attack is reported.
+        statuses: The status of each sensor that was judged.  Without an alarm none is attacked,
+            though some may be open; with an alarm never are all sound.
+    """
+
+    alarm: bool
+    statuses: Mapping[Sensor, SensorStatus]
+
+    @property
+    def attacked(self) -> frozenset[Sensor]:
+        """Sensors that are named as attacked."""
+        return frozenset(
+            sensor for sensor, status in self.statuses.items() if status == SensorStatus.ATTACKED
+        )
+
+    @abstractmethod
+    def repaired(self, frame: SensorFrame) -> SensorFrame:
+        """The frame with the data of compromised sensors repaired, as far as the rest allows.
+
+        Args:
+            frame: The frame that was judged.
+
+        Returns:
+            A frame that raises `Untrusted` when it is asked for what nothing can replace.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Validation(Judgement):
+    """The result of a validator that compares the sensors of one car in one frame.
 
     Args:
         alarm: Whether an attack is reported.
@@ -60,18 +93,15 @@ class Validation:
         thresholds: The thresholds of each triple, where thresholds decide.
     """
 
-    alarm: bool
-    statuses: Mapping[Sensor, SensorStatus]
     errors: DisparityErrors
     probabilities: Mapping[Sensor, float] | None = None
     thresholds: Mapping[Triple, Threshold] | None = None
 
-    @property
-    def attacked(self) -> frozenset[Sensor]:
-        """Sensors that are named as attacked."""
-        return frozenset(
-            sensor for sensor, status in self.statuses.items() if status == SensorStatus.ATTACKED
-        )
+    def repaired(self, frame: SensorFrame) -> SensorFrame:
+        """See `with_compromised_sensors_repaired`."""
+        from avsec_gym.validation.compromised_sensors import with_compromised_sensors_repaired
+
+        return with_compromised_sensors_repaired(frame, self)
 
     @property
     def exceeded(self) -> tuple[Exceeded, ...]:

@@ -74,11 +74,11 @@ class BuiltScene:
         return self._scene(actors, actors.pose[looking], looking, egos)
 
     def _scene(
-        self, actors: Actors, place: Floats, looking: int | None, egos: Sequence[int]
+        self, actors: Actors, viewpoint: Floats, looking: int | None, egos: Sequence[int]
     ) -> RayScene:
-        """All that may be seen from a place x, y, heading; see `scene`."""
+        """All that may be seen from a viewpoint x, y, heading; see `scene`."""
         # Leave out what is too far away to be seen, and more of what no camera faces.
-        x, y, heading = place
+        x, y, heading = viewpoint
         away = self._places[:, :2] - (x, y)
         distance, reach = np.hypot(*away.T), self._places[:, 2]
         ahead = away @ (np.cos(heading), np.sin(heading))

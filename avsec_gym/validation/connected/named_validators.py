@@ -69,7 +69,7 @@ def rays_validator(
         ConfigurationError: No such share, or no name of a file.
         DataError: The file is missing or damaged.
     """
-    fit = _fit_in(constants)
+    fit = fit_in(constants)
     return ConnectedValidator(fit.constants(alarms=number("alarms", alarms, 0.0, 1.0)), "rays")
 
 
@@ -86,10 +86,10 @@ def surfaces_validator(
         ConfigurationError: No such share, or no name of a file.
         DataError: The file is missing or damaged.
     """
-    fit = _fit_in(constants)
+    fit = fit_in(constants)
     return ConnectedValidator(fit.constants(rate=number("rate", rate, 0.0, 1.0)), "surfaces")
 
 
-def _fit_in(constants: str | Path | None) -> ConnectedFit:
+def fit_in(constants: str | Path | None) -> ConnectedFit:
     """The constants in a file; None: the package's own."""
     return read_connected_fit(SHIPPED_FIT if constants is None else place("constants", constants))

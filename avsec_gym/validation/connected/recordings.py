@@ -10,7 +10,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from avsec_gym.world.export import ConnectedInstant, ConnectedWorld, SensorVehicle
+from avsec_gym.world.export import ConnectedInstant, ConnectedWorld
+from avsec_gym.world.export.connected_world import sweep_of
 
 Poses = Literal["measured", "true"]
 """The poses that align the scans: those that the vehicles measure, or the true ones."""
@@ -66,16 +67,9 @@ def recorded_instants(
                 view.frame.points,
                 view.measured_pose if poses == "measured" else view.pose,
                 view.time,
-                _sweep(vehicle, world.sweep),
+                RollingSweep(*sweep_of(vehicle, world.sweep)),
                 vehicle.is_roadside,
             )
             for view, vehicle in zip(views, truth.vehicles, strict=True)
         )
         yield RecordedInstant(id, scans, truth, tuple(view.pose for view in views))
-
-
-def _sweep(vehicle: SensorVehicle, kind: str) -> RollingSweep:
-    """How the scans of a data set came about; a vehicle's odometry is taken to be exact."""
-    if kind == "rolling":
-        return RollingSweep(vehicle.speed, vehicle.turn_rate)
-    return RollingSweep() if kind == "compensated" else RollingSweep(period=0.0)

@@ -1,8 +1,8 @@
 """Recovery (section 6.2): what was put into a vehicle's scan is out, what was hidden is back.
 
-Only what a vehicle is named for is changed. A ghost's points go. Of an object that was removed come
-back the places that others claim and whose rays no other but the victim contradicts: centres of
-voxels, enough for a detector of objects and for a planner, not a scan.
+Only what a vehicle is named for is changed. A ghost's points go, down to the ground. Of an object
+that was removed come back the places that others claim and whose rays no other but the victim
+contradicts: centres of voxels, enough for a detector of objects and for a planner, not a scan.
 """
 
 from __future__ import annotations
@@ -11,9 +11,13 @@ import numpy as np
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats, transform_points
-from avsec_gym.validation.connected.rays.claims import CLEARANCE, MARGIN
+from avsec_gym.validation.connected.rays.claims import MARGIN
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+
+_GROUND = 0.15
+"""Metres above a region's bottom up to which points may be the ground's, and stay.  Less than what
+is claimed begins at: a stump of 0.35 m of a ghost would still be an obstacle."""
 
 
 def recovered_scan(scan: VehicleScan, vehicle: int, result: ConnectedResult) -> VehicleScan:
@@ -43,7 +47,7 @@ def recovered_scan(scan: VehicleScan, vehicle: int, result: ConnectedResult) -> 
     kept, back = np.ones(len(world), bool), [np.zeros((0, 3))]
     for each in named:
         if each.kind == "ghost":
-            raised = world[:, 2] > regions.centre[each.index, 2] + CLEARANCE
+            raised = world[:, 2] > regions.centre[each.index, 2] + _GROUND
             kept &= ~(regions.contains(each.index, world) & raised)
         else:
             back.append(_hidden_places(each.index, vehicle, result))

@@ -3,25 +3,36 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.connected_scans import ConnectedScans, ScanPose, SharedScan
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.label_folders import check_id, frame_ids
 from avsec_gym.storage.plain_numbers import plain_number
-from avsec_gym.storage.regular_files import is_folder, read_text
+from avsec_gym.storage.regular_files import is_file, is_folder, read_text
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.export.instants import ConnectedInstant, read_instant, shared_objects
+from avsec_gym.world.export.instants import (
+    ConnectedInstant,
+    SensorVehicle,
+    read_instant,
+    shared_objects,
+)
 from avsec_gym.world.export.manifest import MANIFEST, read_manifest
 
 MEETINGS = "meetings.json"
 """Name of the file that states how much vehicles see of the same objects."""
+_VEHICLE = re.compile(r"vehicle_([0-9]+)")
+_PERIOD = 0.1
 _POSE_BYTES = 4096
 _FARTHEST = 3e7
 """Metres from the world's origin, which may lie anywhere on this earth."""
@@ -147,6 +158,52 @@ class ConnectedWorld:
             )
             for data, vehicle in zip(self.vehicles, instant.vehicles, strict=True)
         ]
+
+
+def sweep_of(vehicle: SensorVehicle, kind: str) -> tuple[float, float, float]:
+    """How a scan came about: speed (m/s), turn rate (rad/s), and period of the turn (seconds).
+
+    A vehicle's odometry is taken to be exact.
+
+    Args:
+        vehicle: The vehicle at the instant.
+        kind: How scans treat motion, as `ConnectedWorld.sweep` has it.
+    """
+    if kind == "rolling":
+        return vehicle.speed, vehicle.turn_rate, _PERIOD
+    return 0.0, 0.0, _PERIOD if kind == "compensated" else 0.0
+
+
+def neighbours_of(data: KittiObject, id: str) -> Callable[[], ConnectedScans] | None:
+    """What the other vehicles of an instant share with one of them; None where there are none.
+
+    Args:
+        data: The frames of one of the vehicles: ``vehicle_0`` and so on of a data set of connected
+            vehicles.  Of any other data there are no neighbours.
+        id: The instant.
+    """
+    folder = data.folder.resolve().parent
+    found = _VEHICLE.fullmatch(folder.name)
+    if found is None or not is_file(folder.parent / "objects" / f"{check_id(id)}.json"):
+        return None
+    return partial(_neighbours, folder.parent, int(found[1]), id)
+
+
+def _neighbours(root: Path, own: int, id: str) -> ConnectedScans:
+    world = ConnectedWorld(root)
+    views, vehicles = world.views(id), world.instant(id).vehicles
+    places = [
+        ScanPose(
+            view.measured_pose, view.time, *sweep_of(vehicle, world.sweep), vehicle.is_roadside
+        )
+        for view, vehicle in zip(views, vehicles, strict=True)
+    ]
+    others = [
+        SharedScan(lambda frame=view.frame: frame.points, place)  # type: ignore[misc]
+        for number, (view, place) in enumerate(zip(views, places, strict=True))
+        if number != own
+    ]
+    return ConnectedScans(places[own], tuple(others))
 
 
 def read_pose(path: str | Path) -> Floats:

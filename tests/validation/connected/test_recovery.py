@@ -20,10 +20,10 @@ _CAR, _GHOST = (14.0, 3.0, 0.1), (15.0, -4.0, -0.2)
 Street = Callable[..., list[VehicleScan]]
 
 
-def _inside(scan: VehicleScan, box: Box) -> int:
+def _inside(scan: VehicleScan, box: Box, above: float = 0.16) -> int:
     """Points on a car, without those of the ground."""
     world = scan.in_world()
-    return int((car_regions(box).grown(0.3, 0.3).contains(0, world) & (world[:, 2] > 0.36)).sum())
+    return int((car_regions(box).grown(0.3, 0.3).contains(0, world) & (world[:, 2] > above)).sum())
 
 
 def _nearest(scan: VehicleScan, box: Box) -> float:

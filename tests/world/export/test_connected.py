@@ -26,7 +26,7 @@ from avsec_gym.world.export import (
     make_data_set,
     suite_recipe,
 )
-from avsec_gym.world.export.connected_world import read_pose
+from avsec_gym.world.export.connected_world import neighbours_of, read_pose
 from avsec_gym.world.export.instants import read_instant
 
 from .conftest import contents
@@ -136,6 +136,24 @@ def test_a_lidar_beside_the_road_is_one_more_witness(watched: Path) -> None:
         if each.points[2] > 200:
             inside = in_box(places, each, each.pose_after(0.0), 0.08)
             assert 0.7 * each.points[2] < inside <= 1.1 * each.points[2] + 5
+
+
+def test_a_vehicle_knows_what_the_others_share(watched: Path, tmp_path: Path) -> None:
+    views = ConnectedWorld(watched).views("000000")
+    deliver = neighbours_of(KittiObject(watched / "vehicle_1"), "000000")
+    assert deliver is not None
+    shared = deliver()
+    np.testing.assert_array_equal(shared.own.pose, views[1].measured_pose)
+    assert [other.place.roadside for other in shared.others] == [False, True]
+    for other, number in zip(shared.others, (0, 2), strict=True):
+        assert callable(other.points)
+        np.testing.assert_array_equal(other.points(), views[number].frame.points)
+        np.testing.assert_array_equal(other.place.pose, views[number].measured_pose)
+        assert other.place.period == 0.0
+    # Other data, and instants that are not there, have no neighbours.
+    shutil.copytree(watched / "vehicle_1", tmp_path / "vehicle_1")
+    assert neighbours_of(KittiObject(tmp_path / "vehicle_1"), "000000") is None
+    assert neighbours_of(KittiObject(watched / "vehicle_1"), "000007") is None
 
 
 def test_a_lidar_beside_the_road_needs_scans() -> None:
