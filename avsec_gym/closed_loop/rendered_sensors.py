@@ -15,7 +15,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.rig import resized_rig
 from avsec_gym.world.capture import Lidar, Sweep, render, renderer_of, scan_of
 from avsec_gym.world.drives import DriveScenes, vehicle_poses
-from avsec_gym.world.export.measured_poses import measured_pose, pose_errors
+from avsec_gym.world.export import measured_pose, pose_errors
 from avsec_gym.world.posed_scenes import PosedScene
 
 _FEW_PIXELS = 64

@@ -64,7 +64,7 @@ class FrameScenes:
         if not data.folder.resolve().parent.name.startswith("vehicle_"):
             return frame
         # One of several connected vehicles: what the others share stands beside the frame.
-        from avsec_gym.world.export.connected_world import neighbours_of
+        from avsec_gym.world.export import neighbours_of
 
         return replace(frame, neighbours=neighbours_of(data, scene.id))
 

@@ -7,8 +7,12 @@ from enum import StrEnum
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.suggestions import unknown_name
-from avsec_gym.validation.compromised_sensors import Untrusted, without_compromised_sensors
-from avsec_gym.validation.validator import Judgement
+from avsec_gym.validation.compromised_sensors import (
+    Untrusted,
+    with_compromised_sensors_repaired,
+    without_compromised_sensors,
+)
+from avsec_gym.validation.validator import Judgement, RepairingJudgement, Validation
 
 
 class Response(StrEnum):
@@ -54,6 +58,8 @@ def trusted_frame(frame: SensorFrame, validation: Judgement, response: Response)
         return frame
     if response == Response.STOP:
         raise Untrusted(f"Frame {frame.id}: there is an alarm.", path=frame.origin)
-    if response == Response.DROP:
-        return without_compromised_sensors(frame, validation)
-    return validation.repaired(frame)
+    if response == Response.REPAIR and isinstance(validation, RepairingJudgement):
+        return validation.repaired(frame)
+    if response == Response.REPAIR and isinstance(validation, Validation):
+        return with_compromised_sensors_repaired(frame, validation)
+    return without_compromised_sensors(frame, validation)

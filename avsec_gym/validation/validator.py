@@ -49,7 +49,7 @@ class Exceeded:
 
 
 @dataclass(frozen=True, eq=False)
-class Judgement(ABC):
+class Judgement:
     """What any validator makes of a frame, and a car needs to go on.
 
     Args:
@@ -67,6 +67,10 @@ class Judgement(ABC):
         return frozenset(
             sensor for sensor, status in self.statuses.items() if status == SensorStatus.ATTACKED
         )
+
+
+class RepairingJudgement(Judgement, ABC):
+    """One that holds itself what takes the place of compromised data."""
 
     @abstractmethod
     def repaired(self, frame: SensorFrame) -> SensorFrame:
@@ -96,12 +100,6 @@ class Validation(Judgement):
     errors: DisparityErrors
     probabilities: Mapping[Sensor, float] | None = None
     thresholds: Mapping[Triple, Threshold] | None = None
-
-    def repaired(self, frame: SensorFrame) -> SensorFrame:
-        """See `with_compromised_sensors_repaired`."""
-        from avsec_gym.validation.compromised_sensors import with_compromised_sensors_repaired
-
-        return with_compromised_sensors_repaired(frame, self)
 
     @property
     def exceeded(self) -> tuple[Exceeded, ...]:

@@ -26,14 +26,14 @@ from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from avsec_gym.validation.state_posterior import SensorStatus
-from avsec_gym.validation.validator import Judgement
+from avsec_gym.validation.validator import RepairingJudgement
 
 OWN = 0
 """The number of the car among the vehicles of the instant."""
 
 
 @dataclass(frozen=True, eq=False)
-class ConnectedJudgement(Judgement):
+class ConnectedJudgement(RepairingJudgement):
     """The status of a car's LiDAR by connected vehicles.
 
     Args:

@@ -10,8 +10,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
-from avsec_gym.world.export import ConnectedInstant, ConnectedWorld
-from avsec_gym.world.export.connected_world import sweep_of
+from avsec_gym.world.export import ConnectedInstant, ConnectedWorld, sweep_of
 
 Poses = Literal["measured", "true"]
 """The poses that align the scans: those that the vehicles measure, or the true ones."""

@@ -2,7 +2,13 @@
 
 from avsec_gym.world.capture import Sweep
 from avsec_gym.world.export.connected import Connection
-from avsec_gym.world.export.connected_world import MEETINGS, ConnectedWorld, VehicleView
+from avsec_gym.world.export.connected_world import (
+    MEETINGS,
+    ConnectedWorld,
+    VehicleView,
+    neighbours_of,
+    sweep_of,
+)
 from avsec_gym.world.export.data_set import DataSetReport, Progress, make_data_set
 from avsec_gym.world.export.default_suites import (
     cached,
@@ -61,10 +67,12 @@ __all__ = [
     "line_numbers",
     "make_data_set",
     "measured_pose",
+    "neighbours_of",
     "pose_errors",
     "read_manifest",
     "read_scene_file",
     "suite_recipe",
+    "sweep_of",
     "twin_ids",
     "twin_rig",
     "world_drives",
