@@ -6,6 +6,7 @@ out.  To the base station the car is vehicle `OWN` among the others.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,8 @@ from typing import ClassVar
 import numpy as np
 
 from avsec_gym.argument_checks import number
-from avsec_gym.frame import SensorFrame
+from avsec_gym.connected_scans import ConnectedScans, ScanPose, SharedScan
+from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.compromised_sensors import without_compromised_sensors
 from avsec_gym.validation.connected.fit import ConnectedFit
@@ -113,6 +115,26 @@ def connected_validator(
         DataError: The file is missing or damaged.
     """
     return FrameValidator(fit_in(constants), alarms)
+
+
+def frame_of_scans(id: str, scans: Sequence[VehicleScan], calibration: Calibration) -> SensorFrame:
+    """The frame of vehicle `OWN` of an instant, what the others share beside it.
+
+    Args:
+        id: Id of the frame.
+        scans: The scan of each vehicle, by number.
+        calibration: The calibration of the vehicle's sensors.
+    """
+    places = [
+        ScanPose(scan.pose, scan.time, **vars(scan.sweep), roadside=scan.roadside) for scan in scans
+    ]
+    others = [
+        SharedScan(scan.points, place)
+        for number, (scan, place) in enumerate(zip(scans, places, strict=True))
+        if number != OWN
+    ]
+    neighbours = ConnectedScans(places[OWN], tuple(others))
+    return SensorFrame(id, calibration, scan=scans[OWN].points, neighbours=neighbours)
 
 
 def vehicle_scans(frame: SensorFrame) -> list[VehicleScan]:

@@ -20,6 +20,7 @@ from avsec_gym.validation.likelihood.maximum_likelihood import (
     LikelihoodModel,
     read_likelihood_model,
 )
+from avsec_gym.validation.state_posterior import Decoding
 from avsec_gym.validation.validator import Validation
 
 
@@ -93,11 +94,26 @@ class LikelihoodValidator:
 
     def validate(self, frame: SensorFrame) -> Validation:
         """See `Validator`."""
-        self.on.check(self.system, self._depth, frame.calibration)
-        errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
-        decoding = self._model.decode(gather_evidence(errors)[None], self.rate)
+        errors, decoding = self._decoded(frame)
         sensors = self.system.sensors
         found = decoding.statuses(self.certainty)[0]
         probabilities = dict(zip(sensors, decoding.posterior.sensors[0].tolist(), strict=True))
         statuses = dict(zip(sensors, found, strict=True))
         return Validation(bool(decoding.alarms[0]), statuses, errors, probabilities)
+
+    def decode(self, frame: SensorFrame) -> Decoding:
+        """What follows from the evidence of one frame, before it becomes statuses.
+
+        Args:
+            frame: The frame, as of `validate`.
+
+        Raises:
+            ConfigurationError: The rig is not the one that it was fitted on.
+            DataError: The frame lacks a sensor, or its file is broken.
+        """
+        return self._decoded(frame)[1]
+
+    def _decoded(self, frame: SensorFrame) -> tuple[DisparityErrors, Decoding]:
+        self.on.check(self.system, self._depth, frame.calibration)
+        errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
+        return errors, self._model.decode(gather_evidence(errors)[None], self.rate)
