@@ -28,7 +28,7 @@ from avsec_gym.validation.state_posterior import (
 _SLIP = 0.01
 """Chance that a triple is inconsistent without an attack, or consistent in spite of one."""
 _NAMED, _CLEARED = 5.0, -5.0
-"""Log-likelihood ratios of a LiDAR that others name, and of one that they see nothing wrong with."""
+"""Log-likelihood ratios of a LiDAR that others name, and of one that they find sound."""
 
 
 def _triples(sensors: int) -> list[tuple[int, int, int]]:

@@ -85,7 +85,7 @@ class RecoveredEpisodes:
         constants = recovery_inputs(configuration)["constants"]
         validator = connected_validator(constants=constants, alarms=options["alarms"])
         self._name = str(detector.name)
-        self._cars: dict[Car, Pipeline] = {
+        self._cars: dict[str, Pipeline] = {
             "alone": self._car(detector, options),
             "connected": self._car(detector, options, validator=validator),
         }
