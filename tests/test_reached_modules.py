@@ -24,8 +24,6 @@ LIBRARY = {
     "closed_loop.unavoidable": "docs/closed_loop.md",
     # A picture of one's own detections.
     "drawing.found_and_true": "examples/notebooks/attack_a_detector.ipynb",
-    # A recording of connected vehicles' scans for the Rerun viewer.
-    "drawing.rerun_instant": "docs/validation.md",
     # The search over ghosts of a whole set of scenes, in a function.
     "evaluation.ghost_attack": "examples/attack_detections.py",
     # Which objects of a scene a car must not miss; studies ask it.
@@ -44,8 +42,6 @@ LIBRARY = {
     "validation.connected.attacks.several_victims": "docs/connected.md",
     # A test over frames; the command judges instants.
     "validation.connected.rays.sequential": "docs/connected.md",
-    # Gives a named vehicle its scan back.
-    "validation.connected.recovery": "docs/connected.md",
     # The optimised mesh: too slow for the command, a mesher like any other.
     "validation.connected.surfaces.deformed_mesh": "docs/connected.md",
     # Messages between processes of one's own.

@@ -32,6 +32,7 @@ EXPERIMENTS: dict[str, str] = {
     "localisation": "avsec_gym.experiments.chapter3.experiments:LOCALISATION",
     "defence": "avsec_gym.experiments.chapter3.defence.defended_episodes:DEFENCE",
     "chapter4": "avsec_gym.experiments.chapter4.experiments:CHAPTER_4",
+    "joined_identification": "avsec_gym.experiments.chapter4.joined.cells:JOINED",
     "connected_recovery": "avsec_gym.experiments.chapter4.recovery.cells:RECOVERY",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"

@@ -1,0 +1,1 @@
+"""A car's own evidence joined with that of connected vehicles, on rendered frames."""
