@@ -41,8 +41,8 @@ def joined_section(rows: Sequence[JoinedRow]) -> Section:
         [_table(rows)],
         link="Joined identification",
         context="A LiDAR and two cameras of one of five connected vehicles. Of three sensors the"
-        " thesis’ algorithms name none; alone means by likelihood, which often does. What a report of the others is worth is counted over all"
-        " other places of the run.",
+        " thesis’ algorithms name none; alone means by likelihood, which often does. What a report"
+        " of the others is worth is counted over all other places of the run.",
     )
 
 
