@@ -48,7 +48,7 @@ class RegisteredRow(TypedDict, total=False):
     """What rows have where poses are by registration."""
 
     registrations: list[RegisteredScan | None]
-    """Of each scan; None of the middle one."""
+    """Residuals of each scan; None of the middle one."""
 
 
 class InstantRow(RegisteredRow):

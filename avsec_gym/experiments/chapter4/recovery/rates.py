@@ -12,7 +12,7 @@ from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.runs.results import Results
 
 Episodes = Mapping[tuple[str, str], SafetyRecord]
-"""By scenario and intention."""
+"""Records by scenario and intention."""
 
 
 @dataclass(frozen=True)
