@@ -32,6 +32,8 @@ TESTS_OF_SCIPY = {
     "proportion_ci", "fisher_exact", "barnard_exact",
 }  # fmt: skip
 INDEPENDENT = {
+    "avsec_gym/experiments/chapter3/diagrams/thesis_marks.py": "an example in a docstring",
+    "avsec_gym/experiments/chapter4/joined/rates.py": "a place is seen at one instant",
     "studies/chapter3/real_frames.py": "draws of the attacks on one frame, of which a row states",
     "studies/chapter3/shipped_fits/judge.py": "each frame is a drive of its own; else as above",
     "studies/reproduce/page.py": "results that hold a share and its number of independent cases",
