@@ -6,9 +6,10 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from avsec_gym.drives.scene_figures import shown_drives
 from avsec_gym.drives.telling import by_scene, good, telling
 from avsec_gym.json_schemas import with_schema
-from avsec_gym.report.drives_page import drives_page, shown_drives
+from avsec_gym.report.drives_page import drives_page
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.text_files import write_text
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.closed_loop.drive_film import DriveFilm
-from avsec_gym.drawing.embedded_image import embedded
-from avsec_gym.drawing.film_strip import Shown, film_strip
-from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
 from avsec_gym.drawing.page_table import Table, TableCell, figure, name
 from avsec_gym.drives.drive_folder import DriveFolder
+from avsec_gym.drives.scene_figures import KEY_OF_STRIPS, scene_figure
 from avsec_gym.drives.summary import Mean, SettingSummary
 from avsec_gym.drives.telling import (
     DrivenScene,
@@ -29,14 +25,6 @@ from avsec_gym.runs.section import Section
 _QUESTION = "How does the car drive on, by what it believes?"
 _GOOD = 2
 """Scenes in which all goes well that are shown, too."""
-_LEAST_PANELS = 8
-"""Pictures that a strip has room for, so that those of short drives are not blown up."""
-_NOTE = (
-    "A picture for each second and one of the end, ahead is up. Blue: the car, its way and its "
-    "plan; grey: what is there and the car believes in; white: what is there and it does not "
-    "believe in; dashed red: what it believes where it lies otherwise; red: what it has touched, "
-    "or its brake lights; yellow: the line that it is to cross."
-)
 
 
 def drives_page(
@@ -71,22 +59,6 @@ def drives_page(
         css=joined(environment, "report.css"),
         js=joined(environment, "report.js"),
     )
-
-
-def shown_drives(folder: DriveFolder, scene: DrivenScene) -> list[Shown]:
-    """The drives of a scene, to be drawn.
-
-    Args:
-        folder: The drives.
-        scene: One of theirs.
-
-    Raises:
-        DataError: A film is missing or damaged.
-    """
-    return [
-        Shown(row["setting"], folder.film(row["id"]), outcome_in_words(row), how_bad(row) > 0)
-        for row in scene.rows
-    ]
 
 
 def _settings(summary: Sequence[SettingSummary]) -> Table:
@@ -140,38 +112,18 @@ def _strips(folder: DriveFolder, scenes: Sequence[DrivenScene], pictures: int) -
             f"In {len(bad)} of {len(scenes)} cases a drive did not reach its goal under some "
             f"setting; where settings differ most comes first.{more}"
         )
-        parts = [_scene_figure(folder, scene) for scene in bad[:pictures]]
+        parts = [scene_figure(folder, scene) for scene in bad[:pictures]]
         sections.append(
-            Section("bad", "What went wrong", [sentence], parts, "film strips", context=_NOTE)
+            Section(
+                "bad", "What went wrong", [sentence], parts, "film strips", context=KEY_OF_STRIPS
+            )
         )
     if fine:
-        parts = [_scene_figure(folder, scene) for scene in fine[:_GOOD]]
+        parts = [scene_figure(folder, scene) for scene in fine[:_GOOD]]
         sentence = "Every drive reached its goal; those that came nearest to something."
-        context = "" if bad else _NOTE
+        context = "" if bad else KEY_OF_STRIPS
         sections.append(Section("good", "What went well", [sentence], parts, context=context))
     return sections
-
-
-def _scene_figure(folder: DriveFolder, scene: DrivenScene) -> Figure:
-    drives = shown_drives(folder, scene)
-    length = max(float(shown.film.times[-1]) for shown in drives)
-    every = math.ceil(length / 8.0)
-    panels = max(math.floor(length / every) + 2, _LEAST_PANELS)
-    return Figure(
-        f"{scene.scenario}, {scene.intention}",
-        pictures=[
-            PictureRow([_strip(shown, panels, every)], "repairs", shown.name) for shown in drives
-        ],
-    )
-
-
-def _strip(shown: Shown, panels: int, every: int) -> CaptionedImage:
-    film: DriveFilm = shown.film
-    return CaptionedImage(
-        embedded(film_strip(shown, panels, every)),
-        f"{shown.outcome} after {film.times[-1]:.1f} s",
-        f"Film strip of a drive that ends after {film.times[-1]:.1f} s: {shown.outcome}",
-    )
 
 
 def _drives(scenes: Sequence[DrivenScene]) -> Table:
