@@ -49,6 +49,8 @@ class Demo:
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
         from avsec_gym.experiments.chapter5.section.findings import outcomes_of
+        from avsec_gym.experiments.demo.drive_on import FOLDER as DRIVES
+        from avsec_gym.experiments.demo.drive_on import drive_on
         from avsec_gym.experiments.demo.experiment import unpatched
         from avsec_gym.experiments.demo.rates import demo_rows
         from avsec_gym.experiments.json_rows import as_json
@@ -65,6 +67,8 @@ class Demo:
         )
         besides = (PAGE,) if self._looks_first() else ()
         ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
+        with console.progress("driving on") as shown:
+            drive_on(self.out / DRIVES, self.seed, self._jobs, shown)
         folder = RunFolder.open(self.out)
         rows = demo_rows(outcomes_of(folder))
         if not self.json:
@@ -75,12 +79,27 @@ class Demo:
         report, reported = page.written()
         if self.json:
             story = report.data.get("story", [])
-            figures = {"out": str(self.out), "story": story, "rates": as_json(rows)}
+            driven = report.data.get("drives", [])
+            figures = {
+                "out": str(self.out),
+                "story": story,
+                "rates": as_json(rows),
+                "drives": driven,
+            }
             console.print_json("demo", figures)
         for sentence in report.sentences:
             console.say(sentence)
         console.say(f"{self.out / PAGE}: the episodes in pictures")
         return max(ran, reported)
+
+    @property
+    def _jobs(self) -> int:
+        """Processes that drive on."""
+        from avsec_gym.runs.run import usable_cores
+        from avsec_gym.runs.shares import usual_workers
+
+        usual = usual_workers([usable_cores()], threads=1)
+        return max(usual if self.workers is None else self.workers, 1)
 
     def _looks_first(self) -> bool:
         """Write a page of what the demo is about, where there is no run yet; whether it is there.

@@ -99,11 +99,12 @@ def clip(drives: Sequence[Shown]) -> list[Image]:
     return images + [images[-1]] * _WAIT
 
 
-def gif(images: Sequence[Image]) -> bytes:
+def gif(images: Sequence[Image], rate: int = RATE) -> bytes:
     """The pictures as an animated GIF that begins anew when it is over.
 
     Args:
-        images: Pictures of one size, `RATE` in a second.
+        images: Pictures of one size.
+        rate: Pictures in a second.
     """
     from PIL import Image as Pillow
 
@@ -120,7 +121,7 @@ def gif(images: Sequence[Image]) -> bytes:
         format="GIF",
         save_all=True,
         append_images=frames[1:],
-        duration=1000 // RATE,
+        duration=1000 // rate,
         loop=0,
         optimize=True,
     )

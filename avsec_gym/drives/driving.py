@@ -23,6 +23,7 @@ def make_drives(
     folder: DriveFolder,
     *,
     jobs: int = 1,
+    apart: bool = False,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
     """Make the drives that a folder lacks.
@@ -35,6 +36,7 @@ def make_drives(
         scenarios: The scenes, as the environment takes them.
         folder: Where the results go.
         jobs: Processes; 1 is this very one.
+        apart: Processes share the work drive by drive; else scene by scene, which each has to make.
         on_progress: Called with the number of drives that are done and that of all.
 
     Raises:
@@ -43,7 +45,7 @@ def make_drives(
     """
     done = len([task for task in tasks if task.id in folder.rows])
     on_progress(done, len(tasks))
-    for driven in _driven(tasks, settings, scenarios, folder, jobs):
+    for driven in _driven(tasks, settings, scenarios, folder, jobs, apart):
         folder.add(driven)
         done += 1
         on_progress(done, len(tasks))
@@ -55,6 +57,7 @@ def _driven(
     scenarios: Any,
     folder: DriveFolder,
     jobs: int,
+    apart: bool,
 ) -> Iterator[Driven]:
     left = [task for task in tasks if task.id not in folder.rows]
     prepare = partial(_Drives, tuple(settings), scenarios)
@@ -64,7 +67,10 @@ def _driven(
             yield from drives((task,))
         return
     scenes: list[Tasks] = [
-        tuple(group) for _, group in groupby(left, lambda task: (task.scenario, task.intention))
+        tuple(group)
+        for _, group in groupby(
+            left, lambda task: task.id if apart else (task.scenario, task.intention)
+        )
     ]
     results = each_in_processes(prepare, scenes, jobs, threads=1, folder=folder.out)
     # Scenes that are done before their turn wait for it.

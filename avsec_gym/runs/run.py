@@ -114,8 +114,10 @@ def run_experiments(
     make_folder(root)
     with folder_lock(root), ExitStack() as stack:
         _check_empty_or_run(root, besides)
-        cluster = stack.enter_context(ray_cluster(_cores())) if backend == Backend.RAY else None
-        cores = cluster.cores() if cluster else (_cores(),)
+        cluster = (
+            stack.enter_context(ray_cluster(usable_cores())) if backend == Backend.RAY else None
+        )
+        cores = cluster.cores() if cluster else (usable_cores(),)
         manifest = _manifest(root, experiments, configuration, cores, workers, threads)
         workers = _workers(cores, workers, manifest["threads"], cluster)
         configuration = Configuration(**manifest["configuration"])
@@ -250,8 +252,8 @@ def _check_arguments(
         thread_number("--threads", threads)
 
 
-def _cores() -> int:
-    """That this process may use."""
+def usable_cores() -> int:
+    """The number of cores that this process may use."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -11,6 +11,7 @@ from avsec_gym.experiments.chapter5.section.findings import outcomes_of
 from avsec_gym.experiments.chapter5.section.pictures import strips_of
 from avsec_gym.experiments.chapter5.section.sections import shown_strips, style_and_script
 from avsec_gym.experiments.chapter5.settings import ATTACKS, UNATTACKED
+from avsec_gym.experiments.demo.drive_on import FOLDER, driven_rows, driven_section
 from avsec_gym.experiments.demo.rates import DemoRow, demo_rows
 from avsec_gym.experiments.demo.story import (
     StoryRow,
@@ -40,7 +41,9 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         run, outcomes, request, lambda found, count, least: hits(found, ways, count, least)
     )
     seen, all_episodes = _story_table(story), _rate_table(rates)
+    driven = driven_section(run.path / FOLDER)
     sections = [
+        *([driven] if driven else []),
         Section(
             "story",
             "What the car saw, and what it did",
@@ -55,7 +58,11 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     style, script = style_and_script()
     return Findings(
         sections,
-        {"story": as_json(story), "rates": as_json(rates)},
+        {
+            "story": as_json(story),
+            "rates": as_json(rates),
+            "drives": driven_rows(run.path / FOLDER),
+        },
         {setting for setting, _ in run.settings()},
         {attack: attack_name(attack) for attack in ATTACKS},
         extent=f"{len(outcomes.scenarios)} scenes",

@@ -1,0 +1,177 @@
+"""One scene of the demo in closed loop: the car drives on unattacked, under a laser, and defended.
+
+The scene is found by rule, not picked: the first of the procedural drives in which a car that sees
+nothing is to blame for a collision and one that sees all reaches its goal.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from avsec_gym import __version__
+from avsec_gym.attacks.facula import THESIS_RADII
+from avsec_gym.drawing.film_strip import RATE, clip, gif
+from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
+from avsec_gym.drives.drive_folder import RECORD, DriveFolder, has_drives
+from avsec_gym.drives.drive_row import DriveRow
+from avsec_gym.drives.driving import make_drives
+from avsec_gym.drives.one_drive import DriveTask, drive
+from avsec_gym.drives.scene_figures import KEY_OF_STRIPS, scene_figure, shown_drives
+from avsec_gym.drives.setting import DriveSetting
+from avsec_gym.drives.telling import DrivenScene, by_scene, outcome_in_words
+from avsec_gym.errors import DataError
+from avsec_gym.runs.section import Section
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.validation.shipped import shipped_file
+
+FOLDER = "drives"
+"""The folder in a demo's in which its drives are kept."""
+UNATTACKED, ATTACKED, DEFENDED = "unattacked", "attacked", "defended"
+_STRAIGHT = "straight"
+_MOST_SCENES = 300
+"""How many procedural drives are looked at; some four in a hundred are contested."""
+_EYES = {"perception": "stereo", "detector": "stereo_rcnn"}
+_LASER = {"name": "facula", "camera": 2, "radius": THESIS_RADII[1], "centre": [609, 173]}
+"""The thesis' largest light, on the left camera, aimed at where a straight road vanishes."""
+_VALIDATOR = {
+    "name": "thresholds",
+    "thresholds": str(shipped_file("thresholds", SensorSystem((LIDAR, 3, 2)))),
+}
+_ENDS = {"goal": "it reaches its goal", "stopped": "it stands", "time": "it still drives"}
+_EVERY = 2
+"""Instants from one picture of the film to the next."""
+SETTINGS = (
+    DriveSetting(UNATTACKED, {**_EYES, "traffic": "reacting"}),
+    DriveSetting(ATTACKED, {**_EYES, "traffic": "reacting", "attack": _LASER}),
+    DriveSetting(
+        DEFENDED, {**_EYES, "traffic": "reacting", "attack": _LASER, "validator": _VALIDATOR}
+    ),
+)
+
+
+def drive_on(
+    out: Path,
+    seed: int,
+    jobs: int = 1,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> None:
+    """Make the drives, or those that are missing.
+
+    Args:
+        out: Folder of the drives.
+        seed: The demo's seed.
+        jobs: Processes, of which each makes whole drives.
+        on_progress: Called with the number of drives that are done and that of all.
+
+    Raises:
+        DataError: The folder holds other drives, or damaged ones.
+    """
+    scenarios = {"source": "drives", "seed": seed, "count": _MOST_SCENES}
+    record = {
+        "version": __version__,
+        "scenarios": scenarios,
+        "settings": {setting.name: setting.record for setting in SETTINGS},
+    }
+    folder = DriveFolder(out, record)
+    if len(folder.rows) == len(SETTINGS):
+        return
+    known = {row["scenario"] for row in folder.rows.values()}
+    scene = known.pop() if known else contested_drive(scenarios)
+    tasks = [DriveTask(setting.name, scene, _STRAIGHT, seed) for setting in SETTINGS]
+    make_drives(tasks, SETTINGS, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress)
+
+
+def contested_drive(scenarios: dict[str, Any]) -> str:
+    """The first scene that a car drives safely if it sees all, and with a collision if nothing.
+
+    Args:
+        scenarios: The procedural drives, as the environment takes them.
+
+    Raises:
+        DataError: None of the scenes is such a one.
+    """
+    blind, truth = (
+        DriveSetting(name, {"perception": name}).environment(scenarios)
+        for name in ("blind", "truth")
+    )
+    scenes: Any = blind.unwrapped
+    for number, scene in enumerate(scenes.scenes.ids):
+        task = DriveTask("", scene, _STRAIGHT, number)
+        if drive(blind, task).row["at_fault"] and drive(truth, task).row["outcome"] == "goal":
+            return str(scene)
+    raise DataError(
+        f"of {_MOST_SCENES} procedural drives, none is contested.", remedy="Take another --seed."
+    )
+
+
+def driven_rows(out: Path) -> list[DriveRow]:
+    """The rows of the drives, in the order of the settings; none where nothing was driven.
+
+    Raises:
+        DataError: The folder is damaged.
+    """
+    if not has_drives(out):
+        return []
+    rows = {row["setting"]: row for row in _folder(out).rows.values()}
+    return [rows[setting.name] for setting in SETTINGS if setting.name in rows]
+
+
+def driven_section(out: Path) -> Section | None:
+    """The drives as a clip and as film strips; None where not all of them are there.
+
+    Args:
+        out: Folder of the drives.
+
+    Raises:
+        DataError: The folder is damaged.
+    """
+    rows = driven_rows(out)
+    if len(rows) < len(SETTINGS):
+        return None
+    folder, scene = _folder(out), by_scene(rows)[0]
+    return Section(
+        "drives",
+        "A car drives on under a laser",
+        [in_words(rows)],
+        [_film(folder, scene), scene_figure(folder, scene)],
+        link="Driving on",
+        context=KEY_OF_STRIPS,
+    )
+
+
+def in_words(rows: list[DriveRow]) -> str:
+    """How the three drives ended, in a sentence each.
+
+    Args:
+        rows: Those of `driven_rows`.
+    """
+    how = {
+        row["setting"]: f"{_ENDS.get(row['outcome'], outcome_in_words(row))}"
+        f" after {row['duration']:.1f} s"
+        for row in rows
+    }
+    scene = rows[0]["scenario"]
+    return (
+        f"Scene {scene}, the first in which a car that sees nothing collides and one that sees all"
+        " does not, driven by what Stereo R-CNN sees in rendered frames."
+        f" Unattacked: {how[UNATTACKED]}. With a laser on the left camera: {how[ATTACKED]}."
+        f" With the laser, and a validator that stops the car at an alarm: {how[DEFENDED]}."
+    )
+
+
+def _film(folder: DriveFolder, scene: DrivenScene) -> Figure:
+    """The drives one below the other, moving."""
+    content = gif(clip(shown_drives(folder, scene))[::_EVERY], RATE // _EVERY)
+    image = f"data:image/gif;base64,{base64.b64encode(content).decode()}"
+    ends = "; ".join(f"{row['setting']}: {outcome_in_words(row)}" for row in scene.rows)
+    film = CaptionedImage(image, ends, f"A film of the same scene, driven three times. {ends}")
+    return Figure("The same scene, three times", pictures=[PictureRow([film], "repairs")])
+
+
+def _folder(out: Path) -> DriveFolder:
+    record = read_json_object(out / RECORD, remedy=f"Take {out} away: it is driven again.")
+    return DriveFolder(out, {key: value for key, value in record.items() if key != "format"})
