@@ -13,7 +13,9 @@ from typing import Any
 import pytest
 
 from avsec_gym.cli import run
+from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.experiments.chapter5 import attacked_episodes, scenes
+from avsec_gym.experiments.demo import drive_on
 from avsec_gym.runs.run_folder import RunFolder
 
 DONE, BAD_DATA, BAD_USAGE = 0, 1, 2
@@ -42,6 +44,9 @@ def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[int, int
 
     monkeypatch.setattr(attacked_episodes, "AttackedEpisodes", drawn_run.DrawnEpisodes)
     monkeypatch.setattr(scenes, "procedural_frames", frames)
+    sees = {drive_on.UNATTACKED: "truth", drive_on.ATTACKED: "blind", drive_on.DEFENDED: "truth"}
+    unrendered = tuple(DriveSetting(name, {"perception": what}) for name, what in sees.items())
+    monkeypatch.setattr(drive_on, "SETTINGS", unrendered)
     scenes._scenes.cache_clear()
     monkeypatch.chdir(tmp_path)
     return asked
@@ -73,6 +78,7 @@ def test_from_nothing_to_the_page_and_once_more(
     assert [cell["finished"] for cell in RunFolder.open(out).cells()] == finished
 
     assert said["out"] == "runs/demo"
+    assert [row["setting"] for row in said["drives"]] == ["unattacked", "attacked", "defended"]
     assert {row["detector"] for row in said["rates"]} == {None, "dsgn", "stereo_rcnn"}
     episodes = RunFolder.open(out).records(setting="dsgn thesis_pgd-1", strength=4)
     (row,) = [
