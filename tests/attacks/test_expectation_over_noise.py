@@ -145,11 +145,18 @@ def test_impossible_settings_are_refused(wrong: dict[str, Any]) -> None:
         ExpectationOverNoise(**wrong)
 
 
-def test_it_has_a_name_in_the_registry_and_in_environments() -> None:
-    asked = {"name": "expectation_over_noise", "copies": 2, "noise": 1.0, "steps": 1}
-    made = make("attack", asked)
+NAMED = {"name": "expectation_over_noise", "copies": 2, "noise": 1.0, "steps": 1}
+
+
+def test_it_has_a_name_in_the_registry() -> None:
+    made = make("attack", NAMED)
     assert isinstance(made, Attack)
     assert made == ExpectationOverNoise(copies=2, noise=1.0, steps=1)
+
+
+@pytest.mark.slow
+def test_environments_take_the_name() -> None:
+    asked = NAMED
     env = gym.make("avsec_gym:avsec/DetectorBenchmark-v0", detector="stereo_rcnn", attack=asked)
     assert env.spec is not None
     assert env.spec.kwargs["attack"] == asked

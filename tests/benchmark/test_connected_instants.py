@@ -27,6 +27,8 @@ from tests.validation.connected.conftest import CARS, POSES, scan_of
 
 TRIES = 2
 """Attempts of an adaptive attacker, in place of the benchmark's."""
+SELDOM = ("another", "cannot tell", "nothing")
+"""Answers that only the slow tests give."""
 
 
 class Streets:
@@ -109,7 +111,9 @@ def made(part: Any, root: Path, **more: Any) -> Entry:
     return entered(Entered.VALIDATOR, part, root, workers=0, **more)
 
 
-@pytest.mark.parametrize("answer", ["victim", "another", "cannot tell", "nothing"])
+@pytest.mark.parametrize(
+    "answer", ["victim", *(pytest.param(name, marks=pytest.mark.slow) for name in SELDOM)]
+)
 def test_every_answer_is_counted_as_what_it_is(
     streets: Streets, tmp_path: Path, answer: str
 ) -> None:
@@ -146,7 +150,7 @@ def test_every_answer_is_counted_as_what_it_is(
         assert (row.area.value, row.at_rate.rate) == (1.0, 1.0)
 
 
-@pytest.mark.parametrize("blind", [True, False])
+@pytest.mark.parametrize("blind", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_validator_that_is_blind_to_other_attacks_is_broken(tmp_path: Path, blind: bool) -> None:
     part = {"name": "informed", "attempts": 1 if blind else TRIES}
     entry = made(part, tmp_path)
