@@ -140,6 +140,10 @@ BUILT_IN = {
         "avsec_gym.validation.connected.named_validators:surfaces_validator",
         {},
     ),
+    (Kind.CONNECTED_VALIDATOR, "learned"): (
+        "avsec_gym.validation.connected.named_validators:learned_validator",
+        {},
+    ),
     (Kind.DRIVE_ATTACK, "ghost"): ("avsec_gym.closed_loop.attack.lasting_ghosts:LastingGhosts", {}),
     (Kind.DRIVE_ATTACK, "facula"): (
         "avsec_gym.closed_loop.attack.tracking_facula:TrackingFacula",

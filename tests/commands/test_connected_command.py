@@ -111,6 +111,9 @@ def test_a_folder_of_opv2v_is_judged_and_goes_on(
         (["--constants", "nothing.json"], 1, "nothing.json"),
         (["--rrd", "alarm.png"], 2, "ends in .rrd"),
         (["--fit", "a.json", "--rrd", "a.rrd"], 2, "without --rrd"),
+        (["--model", "a.json"], 2, "--method learned"),
+        (["--method", "learned", "--model", "nothing.json"], 1, "nothing.json"),
+        (["--method", "learned", "--fit", "a.json", "--attack", "paste"], 2, "--fit measures"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words(
