@@ -62,6 +62,9 @@ class Connected:
     """Share of attack-free instants that may alarm by rays, or by the model."""
     rate: float = 0.1
     """Designated false positive rate r of distances, for surfaces."""
+    sequence: int | None = None
+    """Add up the evidence of so many successive instants of a drive, 0.1 s apart or as they were
+    taken, and report each drive, too: a share --alarms of attack-free windows may alarm."""
     seed: int = 0
     """Seed of the attacks."""
     limit: int | None = None
@@ -82,6 +85,7 @@ class Connected:
         self._check()
         if self.fit is not None:
             return self._learn(self.fit) if self.method == "learned" else self._fit(self.fit)
+        from avsec_gym.commands.judged_drives import JudgedDrives
         from avsec_gym.commands.judged_instants import JudgedInstants
         from avsec_gym.validation.connected.validator import ConnectedValidator
 
@@ -116,8 +120,14 @@ class Connected:
             self.rrd,
         )
         left_out: dict[str, str] = {}
-        judged.judge(left_out)
-        return judged.report(left_out)
+        drives, sums = judged.judge(left_out), None
+        if self.sequence is not None:
+            from avsec_gym.validation.connected.rays.sequential import lasting_test
+
+            clean = fit.clean_scores if learned is None else learned.clean_log_odds
+            test = lasting_test(clean, self.sequence, self.alarms)
+            sums = judged.add_up(JudgedDrives(test, self.sequence), drives)
+        return judged.report(left_out, sums)
 
     def _check(self) -> None:
         for name, good in (
@@ -126,6 +136,7 @@ class Connected:
             ("limit", self.limit is None or self.limit >= 1),
             ("seed", self.seed >= 0),
             ("pictures", self.pictures >= 0),
+            ("sequence", self.sequence is None or self.sequence >= 2),
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
@@ -139,6 +150,11 @@ class Connected:
             )
         if self.model is not None and (self.method != "learned" or self.fit is not None):
             raise ConfigurationError("--model is for --method learned, which judges by it")
+        if self.sequence is not None and (self.method == "surfaces" or self.fit is not None):
+            raise ConfigurationError(
+                "--sequence adds up log odds of judged instants: it goes with --method rays or"
+                " learned, and without --fit"
+            )
         # A mistyped name is an error before anything is measured.
         _ = self._attack
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from avsec_gym import console
+from avsec_gym.commands.judged_drives import JudgedDrives, drive_line
 from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
@@ -95,20 +96,24 @@ class JudgedInstants:
     as_json: bool
     recording: Path | None = None
 
-    def judge(self, left_out: dict[str, str]) -> None:
+    def judge(self, left_out: dict[str, str]) -> dict[str, str]:
         """Judge each instant, and report its result at once.
 
         Args:
             left_out: Takes the reason for each drive and instant that cannot be read, by name.
+
+        Returns:
+            The drive of each instant by the instant's id, in the order of the instants.
 
         Raises:
             ConfigurationError: The constants were fitted on another LiDAR.
             DataError: A file of the data is missing or broken.
         """
         known, total = self.folder.rows, len(self.source.names)
-        alarm_recorded = False
+        alarm_recorded, drives = False, dict[str, str]()
         with console.progress("comparing vehicles") as shown:
             for number, instant in enumerate(self.source.read(left_out)):
+                drives[instant.id] = drive_of(instant)
                 if instant.id not in known:
                     self._judge_one(instant, number)
                 row = known[instant.id]
@@ -118,6 +123,7 @@ class JudgedInstants:
                     alarm_recorded = row["alarm"]
                 if total:
                     shown(number + 1, total)
+        return drives
 
     def _attacked(self, recorded: RecordedInstant, number: int) -> AttackedInstant | None:
         return self.attack.attack(recorded, (self.seed, number)) if self.attack else None
@@ -141,6 +147,7 @@ class JudgedInstants:
             "attack": None if attacked is None else _attack_row(attacked, result),
             "attack_possible": self.attack is None or attacked is not None,
             "vehicles": len(instant.scans),
+            "drive": drive_of(recorded),
             **_registered(recorded),
         }
         drawn = sum(row["alarm"] for row in self.folder.rows.values())
@@ -157,11 +164,30 @@ class JudgedInstants:
             )
         self.folder.add(row)
 
-    def report(self, left_out: Mapping[str, str]) -> int:
+    def add_up(self, judged: JudgedDrives, drives: Mapping[str, str]) -> dict[str, Any]:
+        """Report each drive by what adds up over its instants.
+
+        Args:
+            judged: The test over windows of instants.
+            drives: The drive of each instant, as of `judge`.
+
+        Returns:
+            The part of the summary that is about drives.
+        """
+        rows = judged.rows([self.folder.rows[id] for id in drives], drives)
+        for row in rows:
+            if self.as_json:
+                console.print_json_line("connected.drive", asdict(row))
+            else:
+                console.print_line(drive_line(row))
+        return judged.summary(rows)
+
+    def report(self, left_out: Mapping[str, str], sums: Mapping[str, Any] | None = None) -> int:
         """Sum up, in words or JSON and in ``summary.json``; the exit code.
 
         Args:
             left_out: The reasons why drives and instants could not be read, by name.
+            sums: What added up over drives, as of `add_up`.
 
         Raises:
             DataError: No instant was judged.
@@ -170,6 +196,8 @@ class JudgedInstants:
         found = summary(list(self.folder.rows.values()))
         found |= {"method": self.validator.method, "fitted_on": self.fit.origin}
         found |= {"left_out": len(left_out)}
+        if sums is not None:
+            found["sequence"] = dict(sums)
         document = with_schema("connected.summary", found)
         path = self.folder.out / "summary.json"
         write_text(path, json.dumps(document, indent=1) + "\n", overwrite=True)
@@ -180,6 +208,11 @@ class JudgedInstants:
                 [title, f"{found[key]['hits']} of {found[key]['cases']}", _percent(found[key])]
                 for key, title in _RATES.items()
             ]
+            for key, title in _SUMS.items():
+                if sums is not None:
+                    share = sums[key]
+                    counts = f"{share['hits']} of {share['cases']}"
+                    rows.append([title, counts, _percent(share)])
             console.print_table("instants", ["", "", "% (95 % interval)"], rows)
             console.say(
                 f"avsec: a vehicle sent {found['bytes_largest']} bytes at most; an instant took "
@@ -211,6 +244,12 @@ _RATES = {
     "attacks_detected_decidable": "attacks detected, of those that some other vehicle sees",
     "victims_named": "victims named, of attacks detected",
     "wrongly_named": "honest vehicles named, of all instants",
+}
+
+
+_SUMS = {
+    "windows": "windows of successive instants that alarm",
+    "drives": "drives with such a window",
 }
 
 
@@ -293,9 +332,21 @@ def _rate(
     """Hits, cases, the rate and its 95 % interval; null without cases."""
     from avsec_gym.metrics.clustered_shares import share_of
 
-    share = share_of([hit(row) for row in rows], [_recording(row["id"]) for row in rows])
+    share = share_of([hit(row) for row in rows], [row.get("drive") or _recording(row["id"]) for row in rows])
     interval = share.interval and list(share.interval)
     return {"hits": share.count, "cases": share.of, "rate": share.rate, "interval": interval}
+
+
+def drive_of(instant: RecordedInstant) -> str:
+    """Name of the drive that an instant is of; instants of one are alike.
+
+    Args:
+        instant: What was recorded.
+    """
+    recording = instant.id.rpartition("/")[0]
+    if recording or instant.truth is None:
+        return recording or instant.id
+    return str(instant.truth.drive)
 
 
 def _recording(id: str) -> str:
