@@ -45,8 +45,9 @@ class Connected:
     """The poses that align the scans: as the vehicles measure them, the true ones, or by
     registering the scans onto each other (raw drives)."""
     attack: str | None = None
-    """Attack one vehicle at each instant: paste, removal, or JSON with arguments such as
-    '{"name": "paste", "vehicle": 1, "distance": [6, 20]}'."""
+    """Attack one vehicle at each instant: paste, paste_in_path, paste_in_blind_spot, moving_ghost
+    (which lasts over a drive), removal, or JSON with arguments such as '{"name": "paste",
+    "vehicle": 1, "distance": [6, 20], "laser": "sun_2020"}'."""
     proposals: Literal["clusters", "pointrcnn"] = "clusters"
     """Where regions come from: what stands up on the ground, or the first stage of PointRCNN, which
     takes seconds a scan."""

@@ -10,6 +10,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from avsec_gym import console
+from avsec_gym.commands.attacked_drives import AttackedDrives
 from avsec_gym.commands.judged_drives import JudgedDrives, drive_line
 from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.errors import DataError
@@ -111,33 +112,37 @@ class JudgedInstants:
         """
         known, total = self.folder.rows, len(self.source.names)
         alarm_recorded, drives = False, dict[str, str]()
+        attacks = AttackedDrives(self.attack, self.seed) if self.attack else None
         with console.progress("comparing vehicles") as shown:
             for number, instant in enumerate(self.source.read(left_out)):
                 drives[instant.id] = drive_of(instant)
+                if attacks is not None:
+                    attacks.show(instant, number, drives[instant.id])
                 if instant.id not in known:
-                    self._judge_one(instant, number)
+                    self._judge_one(instant, number, attacks)
                 row = known[instant.id]
                 self._tell(row)
                 if self.recording and (number == 0 or row["alarm"] > alarm_recorded):
-                    self._record(instant, number, self.recording)
+                    self._record(instant, number, attacks, self.recording)
                     alarm_recorded = row["alarm"]
                 if total:
                     shown(number + 1, total)
         return drives
 
-    def _attacked(self, recorded: RecordedInstant, number: int) -> AttackedInstant | None:
-        return self.attack.attack(recorded, (self.seed, number)) if self.attack else None
-
-    def _record(self, recorded: RecordedInstant, number: int, path: Path) -> None:
+    def _record(
+        self, recorded: RecordedInstant, number: int, attacks: AttackedDrives | None, path: Path
+    ) -> None:
         """Write an instant for the Rerun viewer; it is judged again, as a row has no scans."""
         from avsec_gym.drawing.rerun_instant import write_instant_recording
 
-        attacked = self._attacked(recorded, number)
+        attacked = None if attacks is None else attacks.attacked(recorded, number)
         scans = recorded.scans if attacked is None else attacked.instant.scans
         write_instant_recording(scans, path, self.validator.validate(scans, id=recorded.id))
 
-    def _judge_one(self, recorded: RecordedInstant, number: int) -> None:
-        attacked = self._attacked(recorded, number)
+    def _judge_one(
+        self, recorded: RecordedInstant, number: int, attacks: AttackedDrives | None
+    ) -> None:
+        attacked = None if attacks is None else attacks.attacked(recorded, number)
         instant = recorded if attacked is None else attacked.instant
         # A rig is recognised by what was recorded, not by what an attacker made of it.
         self.fit.check(recorded.scans)
