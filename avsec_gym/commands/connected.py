@@ -96,7 +96,7 @@ class Connected:
             fit.constants(self.alarms, self.rate),
             self.method,
             self._proposer,
-            learned=learned and learned.rule(self.alarms),
+            learned=None if learned is None else learned.rule(self.alarms),
         )
         source = self._source.first(self.limit)
         if not self.json:

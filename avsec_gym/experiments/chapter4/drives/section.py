@@ -80,9 +80,9 @@ def drives_table(summary: DrivesSummary) -> Table:
         ],
         "Limits are those that a share r of attack-free windows of other drives exceeds, or, as"
         f" stated, that at which {100 * DESIGNATED_DETECTION:g} % of the judged decidable attacks"
-        " are detected. In brackets: 95 % intervals, which know that windows of one drive are alike. At"
-        " most: an upper bound with 95 % confidence, where a drive counts once. By one instant"
-        " alone: the highest score of a window, at a threshold of the same r.",
+        " are detected. In brackets: 95 % intervals, which know that windows of one drive are"
+        " alike. At most: an upper bound with 95 % confidence, where a drive counts once. By one"
+        " instant alone: the highest score of a window, at a threshold of the same r.",
         names=2,
     )
 

@@ -179,7 +179,7 @@ def _row(
         share_of(alarms, clean.drives),
         bound_on_false_alarms(test, clean.scores[method], clean.drives),
         share_of(detected, attacked.drives),
-        share_of(detected[some], [attacked.drives[window] for window in some]),
+        share_of(detected[some], [attacked.drives[window] for window in some.tolist()]),
         by_highest,
     )
 

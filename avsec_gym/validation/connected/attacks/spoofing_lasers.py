@@ -58,7 +58,7 @@ class SpoofingLaser:
         start = int(held.argmax()) if len(held) else 0
         inside = order[start : start + int(held.max(initial=0))]
         number = min(len(inside), self.points)
-        chosen = np.linspace(0, len(inside) - 1, number).round().astype(int) if number else []
+        chosen = np.linspace(0, max(len(inside) - 1, 0), number).round().astype(np.int64)
         return points[np.sort(inside[chosen])]
 
 
@@ -66,7 +66,7 @@ LASERS: Mapping[str, SpoofingLaser] = {
     "cao_2019": SpoofingLaser(60, 8.0),
     "sun_2020": SpoofingLaser(200, 10.0),
 }
-"""By the paper that names its limits; see above."""
+"""Lasers by the paper that names their limits; see above."""
 
 
 def _unwrapped(azimuth: Floats) -> Floats:

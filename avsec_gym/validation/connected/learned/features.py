@@ -70,18 +70,18 @@ def region_features(evidence: RegionEvidence, rates: RayRates, rule: DecisionRul
         rule: How evidence of rays becomes a score.
     """
     counts = evidence.counts
-    told = decidable(counts, rates) & ~np.eye(counts.shape[1], dtype=bool)
+    known = decidable(counts, rates) & ~np.eye(counts.shape[1], dtype=bool)
     # Rays: those of all testimonies that decide something, and what they weigh.
-    rays = np.where(told[..., None], counts, 0)
+    rays = np.where(known[..., None], counts, 0)
     total = rays.sum(axis=(1, 2))
     through = rays[..., 1].max(axis=(1, 2), initial=0)
-    ratio = np.where(told, log_likelihood_ratio(counts, rates), -np.inf)
+    ratio = np.where(known, log_likelihood_ratio(counts, rates), -np.inf)
     highest = _weighed(ratio.max(axis=(1, 2), initial=-np.inf))
     best = _weighed(decide(counts, rates, rule).score)
     # Surfaces: each pair once.
     largest, median, pairs = _of_surfaces(evidence.distances)
     # Who looks, and from how far.
-    witnesses, claimers = told.any(axis=1).sum(axis=1), told.any(axis=2).sum(axis=1)
+    witnesses, claimers = known.any(axis=1).sum(axis=1), known.any(axis=2).sum(axis=1)
     nearest = _vehicle_distances(evidence)
     columns = (
         np.log1p(through),
@@ -114,8 +114,8 @@ def _of_surfaces(distances: Floats) -> tuple[Floats, Floats, NDArray[np.int64]]:
     largest, median = np.zeros((2, len(of_pairs)))
     # What was not compared is sorted to the end.
     for region in np.flatnonzero(number):
-        known = of_pairs[region, : number[region]]
-        largest[region], median[region] = known[-1], np.median(known)
+        compared = of_pairs[region, : number[region]]
+        largest[region], median[region] = compared[-1], np.median(compared)
     return largest, median, number
 
 

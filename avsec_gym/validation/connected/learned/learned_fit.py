@@ -142,8 +142,10 @@ def read_learned_fit(path: str | Path) -> LearnedFit:
             raise ValueError(f"log odds are a list of {_MOST_SAMPLES} at most")
         return LearnedFit(
             LogisticModel(
-                *(tuple(_number(each) for each in model[name]) for name in _OF_FEATURES),
-                offset=_number(model["offset"]),
+                _numbers(model["centre"]),
+                _numbers(model["scale"]),
+                _numbers(model["weights"]),
+                _number(model["offset"]),
             ),
             tuple(-np.inf if each is None else _number(each) for each in odds),
             LearnedCard(**content["card"]),
@@ -153,7 +155,8 @@ def read_learned_fit(path: str | Path) -> LearnedFit:
         raise DataError(f"The file {what}.", path=path, remedy=_REMEDY) from error
 
 
-_OF_FEATURES = ("centre", "scale", "weights")
+def _numbers(values: list[object]) -> tuple[float, ...]:
+    return tuple(_number(each) for each in values)
 
 
 def _number(value: object) -> float:
