@@ -337,7 +337,9 @@ def _rate(
     """Hits, cases, the rate and its 95 % interval; null without cases."""
     from avsec_gym.metrics.clustered_shares import share_of
 
-    share = share_of([hit(row) for row in rows], [row.get("drive") or _recording(row["id"]) for row in rows])
+    share = share_of(
+        [hit(row) for row in rows], [row.get("drive") or _recording(row["id"]) for row in rows]
+    )
     interval = share.interval and list(share.interval)
     return {"hits": share.count, "cases": share.of, "rate": share.rate, "interval": interval}
 
