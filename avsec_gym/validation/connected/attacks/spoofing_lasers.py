@@ -9,9 +9,8 @@ which he chooses distances.  How many points he gets in has grown with the elect
 - Sun et al. (USENIX Security 2020, "Towards Robust LiDAR-based Perception in Autonomous Driving")
   grant their attacker 200 points at most, in a sector of 10 degrees.
 - Sato et al. (NDSS 2024, "LiDAR Spoofing Meets the New-Gen") place thousands of points in the
-  scans of first-generation sensors, more than any car has at usual distances, and less or nothing
-  in those of newer ones, which vary the timing of their pulses.  No limit of theirs binds a ghost
-  here: it is the case without a limit.
+  scans of first-generation sensors, more than the ghosts here have: the case without a limit.
+  Newer sensors that vary the timing of their pulses withstand such placing better.
 
 What they were measured on are other sensors than a data set's.  The reach of a laser depends on
 its optics and on aiming at a moving car: it is not limited here, but by `PastedObject.distance`.
