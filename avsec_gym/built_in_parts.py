@@ -128,6 +128,18 @@ BUILT_IN = {
         "avsec_gym.validation.connected.attacks.pasted_object:PastedObject",
         {},
     ),
+    (Kind.CONNECTED_ATTACK, "paste_in_path"): (
+        "avsec_gym.validation.connected.attacks.pasted_object:PastedObject",
+        {"where": "path", "name": "paste_in_path"},
+    ),
+    (Kind.CONNECTED_ATTACK, "paste_in_blind_spot"): (
+        "avsec_gym.validation.connected.attacks.pasted_object:PastedObject",
+        {"where": "blind_spot", "name": "paste_in_blind_spot"},
+    ),
+    (Kind.CONNECTED_ATTACK, "moving_ghost"): (
+        "avsec_gym.validation.connected.attacks.moving_ghost:MovingGhost",
+        {},
+    ),
     (Kind.CONNECTED_ATTACK, "removal"): (
         "avsec_gym.validation.connected.attacks.removed_object:RemovedObject",
         {},
@@ -138,6 +150,10 @@ BUILT_IN = {
     ),
     (Kind.CONNECTED_VALIDATOR, "surfaces"): (
         "avsec_gym.validation.connected.named_validators:surfaces_validator",
+        {},
+    ),
+    (Kind.CONNECTED_VALIDATOR, "learned"): (
+        "avsec_gym.validation.connected.named_validators:learned_validator",
         {},
     ),
     (Kind.DRIVE_ATTACK, "ghost"): ("avsec_gym.closed_loop.attack.lasting_ghosts:LastingGhosts", {}),

@@ -21,6 +21,7 @@ SCHEMAS: Mapping[str, int] = {
     "validate.frame": 2,
     "validate.summary": 2,
     "connected.instant": 1,
+    "connected.drive": 1,
     "connected.summary": 1,
     "experiments": 1,
     "run": 1,

@@ -40,8 +40,6 @@ LIBRARY = {
     "validation.connected.attacks.lying_vehicle": "docs/connected.md",
     # Attacks on more than one vehicle; those of the command have one victim.
     "validation.connected.attacks.several_victims": "docs/connected.md",
-    # A test over frames; the command judges instants.
-    "validation.connected.rays.sequential": "docs/connected.md",
     # The optimised mesh: too slow for the command, a mesher like any other.
     "validation.connected.surfaces.deformed_mesh": "docs/connected.md",
     # Messages between processes of one's own.

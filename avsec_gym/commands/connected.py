@@ -17,6 +17,7 @@ from avsec_gym.errors import ConfigurationError
 if TYPE_CHECKING:
     from avsec_gym.validation.connected.attacks.attacked_instant import InstantAttack
     from avsec_gym.validation.connected.fit import ConnectedFit
+    from avsec_gym.validation.connected.learned.learned_fit import LearnedFit
     from avsec_gym.validation.connected.sources import ConnectedSource
     from avsec_gym.validation.connected.vehicle import RegionProposer
     from avsec_gym.validation.validation_folder import ValidationFolder
@@ -37,27 +38,34 @@ class Connected:
     """A data set of `avsec world make --suite connected`, a folder in OPV2V's layout, or a drive, a
     day or days in KITTI's raw layout, of which three scans half a second apart stand for three
     vehicles.  Default: a small set of the procedural world, made on first use."""
-    method: Literal["rays", "surfaces"] = "rays"
-    """Rays that end on what others claim or pass through it; or the thesis' surfaces."""
+    method: Literal["rays", "surfaces", "learned"] = "rays"
+    """Rays that end on what others claim or pass through it; the thesis' surfaces; or a small model
+    that learned to weigh both."""
     poses: Literal["measured", "true", "registration"] = "measured"
     """The poses that align the scans: as the vehicles measure them, the true ones, or by
     registering the scans onto each other (raw drives)."""
     attack: str | None = None
-    """Attack one vehicle at each instant: paste, removal, or JSON with arguments such as
-    '{"name": "paste", "vehicle": 1, "distance": [6, 20]}'."""
+    """Attack one vehicle at each instant: paste, paste_in_path, paste_in_blind_spot, moving_ghost
+    (which lasts over a drive), removal, or JSON with arguments such as '{"name": "paste",
+    "vehicle": 1, "distance": [6, 20], "laser": "sun_2020"}'."""
     proposals: Literal["clusters", "pointrcnn"] = "clusters"
     """Where regions come from: what stands up on the ground, or the first stage of PointRCNN, which
     takes seconds a scan."""
     constants: Path | None = None
     """A file that --fit wrote.  Default: the package's own, fitted on the procedural world with
     KITTI's LiDAR."""
+    model: Path | None = None
+    """A file that --method learned --fit wrote.  Default: the package's own."""
     fit: Path | None = None
     """Measure these instants, which must be without an attack, attack each of them, and write what
-    the evidence is worth to this file; no instant is judged."""
+    the evidence is worth to this file, or, with --method learned, a model; no instant is judged."""
     alarms: float = 0.1
-    """Share of attack-free instants that may alarm by rays."""
+    """Share of attack-free instants that may alarm by rays, or by the model."""
     rate: float = 0.1
     """Designated false positive rate r of distances, for surfaces."""
+    sequence: int | None = None
+    """Add up the evidence of so many successive instants of a drive, 0.1 s apart or as they were
+    taken, and report each drive, too: a share --alarms of attack-free windows may alarm."""
     seed: int = 0
     """Seed of the attacks."""
     limit: int | None = None
@@ -77,17 +85,24 @@ class Connected:
         """Do it; the exit code."""
         self._check()
         if self.fit is not None:
-            return self._fit(self.fit)
+            return self._learn(self.fit) if self.method == "learned" else self._fit(self.fit)
+        from avsec_gym.commands.judged_drives import JudgedDrives
         from avsec_gym.commands.judged_instants import JudgedInstants
         from avsec_gym.validation.connected.validator import ConnectedValidator
 
         fit = self._read_fit
+        learned = self._read_model if self.method == "learned" else None
         validator = ConnectedValidator(
-            fit.constants(self.alarms, self.rate), self.method, self._proposer
+            fit.constants(self.alarms, self.rate),
+            self.method,
+            self._proposer,
+            learned=None if learned is None else learned.rule(self.alarms),
         )
         source = self._source.first(self.limit)
         if not self.json:
             console.say(f"avsec: what decides here was {fit.origin}")
+            if learned is not None:
+                console.say(f"avsec: the model that weighs it was {learned.origin}")
             if self.method == "rays":
                 kept = f"{fit.vouched_alarms(self.alarms):.2g}"
                 console.say(
@@ -106,8 +121,14 @@ class Connected:
             self.rrd,
         )
         left_out: dict[str, str] = {}
-        judged.judge(left_out)
-        return judged.report(left_out)
+        drives, sums = judged.judge(left_out), None
+        if self.sequence is not None:
+            from avsec_gym.validation.connected.rays.sequential import lasting_test
+
+            clean = fit.clean_scores if learned is None else learned.clean_log_odds
+            test = lasting_test(clean, self.sequence, self.alarms)
+            sums = judged.add_up(JudgedDrives(test, self.sequence), drives)
+        return judged.report(left_out, sums)
 
     def _check(self) -> None:
         for name, good in (
@@ -116,15 +137,24 @@ class Connected:
             ("limit", self.limit is None or self.limit >= 1),
             ("seed", self.seed >= 0),
             ("pictures", self.pictures >= 0),
+            ("sequence", self.sequence is None or self.sequence >= 2),
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
         if self.rrd is not None:
             self._check_recording(self.rrd)
-        if self.fit is not None and (self.constants is not None or self.attack is not None):
+        constants = self.constants is not None and self.method != "learned"
+        if self.fit is not None and (constants or self.attack is not None):
             raise ConfigurationError(
                 "--fit measures attack-free instants and attacks them itself: it goes without"
-                " --constants and --attack"
+                " --attack and, but for --method learned, without --constants"
+            )
+        if self.model is not None and (self.method != "learned" or self.fit is not None):
+            raise ConfigurationError("--model is for --method learned, which judges by it")
+        if self.sequence is not None and (self.method == "surfaces" or self.fit is not None):
+            raise ConfigurationError(
+                "--sequence adds up log odds of judged instants: it goes with --method rays or"
+                " learned, and without --fit"
             )
         # A mistyped name is an error before anything is measured.
         _ = self._attack
@@ -171,6 +201,18 @@ class Connected:
         return read_connected_fit(self._constants_file)
 
     @property
+    def _model_file(self) -> Path:
+        from avsec_gym.validation.connected.learned.learned_fit import SHIPPED_MODEL
+
+        return SHIPPED_MODEL if self.model is None else self.model
+
+    @cached_property
+    def _read_model(self) -> LearnedFit:
+        from avsec_gym.validation.connected.learned.learned_fit import read_learned_fit
+
+        return read_learned_fit(self._model_file)
+
+    @property
     def _proposer(self) -> RegionProposer:
         from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 
@@ -198,6 +240,25 @@ class Connected:
         write_connected_fit(path, fit)
         samples.unlink(missing_ok=True)
         console.say(f"avsec: {path} holds what was {fit.origin}")
+        return console.DONE_IN_PART if left_out else console.DONE
+
+    def _learn(self, path: Path) -> int:
+        """Measure instants by both methods, fit a model, write it."""
+        from avsec_gym.validation.connected.fitting import FittedInstants
+        from avsec_gym.validation.connected.learned.learned_fit import write_learned_fit
+        from avsec_gym.validation.connected.learned_fitting import fit_learned
+
+        source = self._source.first(self.limit)
+        on = FittedInstants(self._record_of_data(source), self._proposer, seed=self.seed)
+        left_out: dict[str, str] = {}
+        total = len(source.names) or sum(1 for _ in source.read(left_out))
+        with console.progress("measuring instants") as shown:
+            instants = source.read(left_out)
+            fit = fit_learned(instants, total, on, self._read_fit, on_progress=shown)
+        say_left_out(left_out, "drives and instants")
+        write_learned_fit(path, fit)
+        area = f"{fit.card.held_out_area:.3f}"
+        console.say(f"avsec: {path} holds what was {fit.origin}; area held out {area}")
         return console.DONE_IN_PART if left_out else console.DONE
 
     def _record_of_data(self, source: ConnectedSource) -> dict[str, Any]:
@@ -230,6 +291,9 @@ class Connected:
             "attack": self.attack and named_part(self.attack, "--attack"),
             "seed": self.seed,
         }
+        if self.method == "learned":
+            model = read_text(self._model_file, most=2**28)
+            record["model"] = hashlib.sha256(model.encode()).hexdigest()
         if self.out is not None:
             return ValidationFolder(self.out, record, InstantRow)
         for number in count(1):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from avsec_gym import console
+from avsec_gym.commands.attacked_drives import AttackedDrives
+from avsec_gym.commands.judged_drives import JudgedDrives, drive_line
 from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
@@ -95,43 +97,52 @@ class JudgedInstants:
     as_json: bool
     recording: Path | None = None
 
-    def judge(self, left_out: dict[str, str]) -> None:
+    def judge(self, left_out: dict[str, str]) -> dict[str, str]:
         """Judge each instant, and report its result at once.
 
         Args:
             left_out: Takes the reason for each drive and instant that cannot be read, by name.
+
+        Returns:
+            The drive of each instant by the instant's id, in the order of the instants.
 
         Raises:
             ConfigurationError: The constants were fitted on another LiDAR.
             DataError: A file of the data is missing or broken.
         """
         known, total = self.folder.rows, len(self.source.names)
-        alarm_recorded = False
+        alarm_recorded, drives = False, dict[str, str]()
+        attacks = AttackedDrives(self.attack, self.seed) if self.attack else None
         with console.progress("comparing vehicles") as shown:
             for number, instant in enumerate(self.source.read(left_out)):
+                drives[instant.id] = drive_of(instant)
+                if attacks is not None:
+                    attacks.show(instant, number, drives[instant.id])
                 if instant.id not in known:
-                    self._judge_one(instant, number)
+                    self._judge_one(instant, number, attacks)
                 row = known[instant.id]
                 self._tell(row)
                 if self.recording and (number == 0 or row["alarm"] > alarm_recorded):
-                    self._record(instant, number, self.recording)
+                    self._record(instant, number, attacks, self.recording)
                     alarm_recorded = row["alarm"]
                 if total:
                     shown(number + 1, total)
+        return drives
 
-    def _attacked(self, recorded: RecordedInstant, number: int) -> AttackedInstant | None:
-        return self.attack.attack(recorded, (self.seed, number)) if self.attack else None
-
-    def _record(self, recorded: RecordedInstant, number: int, path: Path) -> None:
+    def _record(
+        self, recorded: RecordedInstant, number: int, attacks: AttackedDrives | None, path: Path
+    ) -> None:
         """Write an instant for the Rerun viewer; it is judged again, as a row has no scans."""
         from avsec_gym.drawing.rerun_instant import write_instant_recording
 
-        attacked = self._attacked(recorded, number)
+        attacked = None if attacks is None else attacks.attacked(recorded, number)
         scans = recorded.scans if attacked is None else attacked.instant.scans
         write_instant_recording(scans, path, self.validator.validate(scans, id=recorded.id))
 
-    def _judge_one(self, recorded: RecordedInstant, number: int) -> None:
-        attacked = self._attacked(recorded, number)
+    def _judge_one(
+        self, recorded: RecordedInstant, number: int, attacks: AttackedDrives | None
+    ) -> None:
+        attacked = None if attacks is None else attacks.attacked(recorded, number)
         instant = recorded if attacked is None else attacked.instant
         # A rig is recognised by what was recorded, not by what an attacker made of it.
         self.fit.check(recorded.scans)
@@ -141,6 +152,7 @@ class JudgedInstants:
             "attack": None if attacked is None else _attack_row(attacked, result),
             "attack_possible": self.attack is None or attacked is not None,
             "vehicles": len(instant.scans),
+            "drive": drive_of(recorded),
             **_registered(recorded),
         }
         drawn = sum(row["alarm"] for row in self.folder.rows.values())
@@ -157,11 +169,30 @@ class JudgedInstants:
             )
         self.folder.add(row)
 
-    def report(self, left_out: Mapping[str, str]) -> int:
+    def add_up(self, judged: JudgedDrives, drives: Mapping[str, str]) -> dict[str, Any]:
+        """Report each drive by what adds up over its instants.
+
+        Args:
+            judged: The test over windows of instants.
+            drives: The drive of each instant, as of `judge`.
+
+        Returns:
+            The part of the summary that is about drives.
+        """
+        rows = judged.rows([self.folder.rows[id] for id in drives], drives)
+        for row in rows:
+            if self.as_json:
+                console.print_json_line("connected.drive", asdict(row))
+            else:
+                console.print_line(drive_line(row))
+        return judged.summary(rows)
+
+    def report(self, left_out: Mapping[str, str], sums: Mapping[str, Any] | None = None) -> int:
         """Sum up, in words or JSON and in ``summary.json``; the exit code.
 
         Args:
             left_out: The reasons why drives and instants could not be read, by name.
+            sums: What added up over drives, as of `add_up`.
 
         Raises:
             DataError: No instant was judged.
@@ -170,6 +201,8 @@ class JudgedInstants:
         found = summary(list(self.folder.rows.values()))
         found |= {"method": self.validator.method, "fitted_on": self.fit.origin}
         found |= {"left_out": len(left_out)}
+        if sums is not None:
+            found["sequence"] = dict(sums)
         document = with_schema("connected.summary", found)
         path = self.folder.out / "summary.json"
         write_text(path, json.dumps(document, indent=1) + "\n", overwrite=True)
@@ -180,6 +213,11 @@ class JudgedInstants:
                 [title, f"{found[key]['hits']} of {found[key]['cases']}", _percent(found[key])]
                 for key, title in _RATES.items()
             ]
+            for key, title in _SUMS.items():
+                if sums is not None:
+                    share = sums[key]
+                    counts = f"{share['hits']} of {share['cases']}"
+                    rows.append([title, counts, _percent(share)])
             console.print_table("instants", ["", "", "% (95 % interval)"], rows)
             console.say(
                 f"avsec: a vehicle sent {found['bytes_largest']} bytes at most; an instant took "
@@ -211,6 +249,12 @@ _RATES = {
     "attacks_detected_decidable": "attacks detected, of those that some other vehicle sees",
     "victims_named": "victims named, of attacks detected",
     "wrongly_named": "honest vehicles named, of all instants",
+}
+
+
+_SUMS = {
+    "windows": "windows of successive instants that alarm",
+    "drives": "drives with such a window",
 }
 
 
@@ -293,9 +337,23 @@ def _rate(
     """Hits, cases, the rate and its 95 % interval; null without cases."""
     from avsec_gym.metrics.clustered_shares import share_of
 
-    share = share_of([hit(row) for row in rows], [_recording(row["id"]) for row in rows])
+    share = share_of(
+        [hit(row) for row in rows], [row.get("drive") or _recording(row["id"]) for row in rows]
+    )
     interval = share.interval and list(share.interval)
     return {"hits": share.count, "cases": share.of, "rate": share.rate, "interval": interval}
+
+
+def drive_of(instant: RecordedInstant) -> str:
+    """Name of the drive that an instant is of; instants of one are alike.
+
+    Args:
+        instant: What was recorded.
+    """
+    recording = instant.id.rpartition("/")[0]
+    if recording or instant.truth is None:
+        return recording or instant.id
+    return str(instant.truth.drive)
 
 
 def _recording(id: str) -> str:

@@ -34,6 +34,7 @@ EXPERIMENTS: dict[str, str] = {
     "chapter4": "avsec_gym.experiments.chapter4.experiments:CHAPTER_4",
     "joined_identification": "avsec_gym.experiments.chapter4.joined.cells:JOINED",
     "connected_recovery": "avsec_gym.experiments.chapter4.recovery.cells:RECOVERY",
+    "chapter4_drives": "avsec_gym.experiments.chapter4.drives.experiment:CHAPTER_4_DRIVES",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
     for name, attribute in {

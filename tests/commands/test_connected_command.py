@@ -95,6 +95,19 @@ def test_a_folder_of_opv2v_is_judged_and_goes_on(
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert len(lines) == 3
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["instants"] == 2
+    # Another look at the same instants: what adds up over the drive.
+    assert run([*command, "--json", "--sequence", "2"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [line["schema"].partition("/")[0] for line in lines[2:]] == [
+        "avsec.connected.drive",
+        "avsec.connected.summary",
+    ]
+    assert (lines[2]["instants"], lines[2]["windows"]) == (2, 1)
+    assert lines[3]["summary"]["sequence"]["drives"]["cases"] == 1
+    assert run([*command, "--sequence", "2"]) == 0
+    shown = capsys.readouterr().out
+    assert f"drive {lines[2]['drive']}: " in shown
+    assert "windows of successive instants that alarm" in shown
     # Another question has another folder.
     assert run([*command, "--method", "surfaces"]) == 1
     assert "of something else" in capsys.readouterr().err
@@ -111,6 +124,11 @@ def test_a_folder_of_opv2v_is_judged_and_goes_on(
         (["--constants", "nothing.json"], 1, "nothing.json"),
         (["--rrd", "alarm.png"], 2, "ends in .rrd"),
         (["--fit", "a.json", "--rrd", "a.rrd"], 2, "without --rrd"),
+        (["--sequence", "1"], 2, "--sequence cannot be"),
+        (["--sequence", "10", "--method", "surfaces"], 2, "goes with"),
+        (["--model", "a.json"], 2, "--method learned"),
+        (["--method", "learned", "--model", "nothing.json"], 1, "nothing.json"),
+        (["--method", "learned", "--fit", "a.json", "--attack", "paste"], 2, "--fit measures"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words(

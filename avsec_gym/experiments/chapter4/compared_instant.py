@@ -1,4 +1,4 @@
-"""Both methods on the same regions of an instant, region by region."""
+"""All methods on the same regions of an instant, region by region."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.base_station import SurfaceComparison
 from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
+from avsec_gym.validation.connected.learned.exchange import decide_by_learning
+from avsec_gym.validation.connected.learned.features import RegionEvidence
+from avsec_gym.validation.connected.learned.learned_fit import LearnedRule
 from avsec_gym.validation.connected.merged_proposals import merge_proposals
 from avsec_gym.validation.connected.ray_exchange import (
     decide_by_rays,
@@ -53,7 +56,7 @@ class MethodResult:
 
 @dataclass(frozen=True, eq=False)
 class ComparedInstant:
-    """An instant by both methods.
+    """An instant by all methods.
 
     Args:
         regions: What the base station made of the proposals, R of them.
@@ -71,16 +74,20 @@ class ComparedInstant:
 
 
 def compared_instant(
-    scans: Sequence[VehicleScan], constants: ConnectedConstants, proposer: RegionProposer
+    scans: Sequence[VehicleScan],
+    constants: ConnectedConstants,
+    proposer: RegionProposer,
+    learned: LearnedRule,
 ) -> ComparedInstant:
-    """Compare what vehicles scanned by surfaces and by rays.
+    """Compare what vehicles scanned by surfaces, by rays, and by what was learned of both.
 
-    Both take the regions that are left within the budget of the method of rays.
+    All take the regions that are left within the budget of the method of rays.
 
     Args:
         scans: The scan of each vehicle, by number.
         constants: What evidence is worth.
         proposer: Proposes regions of a scan, all around.
+        learned: The model of the learned comparison.
     """
     budget = MessageBudget()
     by_rays = _CpuTraffic(len(scans), most_bytes=budget.nbytes)
@@ -99,9 +106,21 @@ def compared_instant(
     with by_rays.step("decide"):
         of_rays = decide_by_rays(heard, merged, constants)
 
+    # The learned comparison takes what both have sent, and what they took to send it.
+    by_both = _CpuTraffic(len(scans))
+    by_both.sent = [
+        rays | surfaces for rays, surfaces in zip(by_rays.sent, by_surfaces.sent, strict=True)
+    ]
+    by_both.seconds = {**by_surfaces.seconds, **by_rays.seconds}
+    del by_both.seconds["decide"]
+    with by_both.step("decide"):
+        evidence = RegionEvidence(merged.regions, heard.counts, compared.distances, merged.poses)
+        of_both = decide_by_learning(heard, evidence, merged, constants, learned)
+
     results: dict[Method, MethodResult] = {
         "surfaces": _result(of_surfaces, by_surfaces),
         "rays": _result(of_rays, by_rays),
+        "learned": _result(of_both, by_both),
     }
     decidable = is_decidable(heard.counts, constants.rates)
     return ComparedInstant(merged.regions, decidable, compared.distances, results)

@@ -36,12 +36,13 @@ from avsec_gym.validation.connected.attacks.pasted_object import PastedObject
 from avsec_gym.validation.connected.attacks.removed_object import RemovedObject
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, ConnectedFit, read_connected_fit
+from avsec_gym.validation.connected.learned.learned_fit import SHIPPED_MODEL, read_learned_fit
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.result import AttackKind
 
 USUAL_COUNT = 200
 _WORK = f"{__name__}:ConnectedInstants"
-_FORMAT = 2
+_FORMAT = 3
 """Raised when what is measured changes, so that cells are done again."""
 _ATTACKS: dict[AttackKind, InstantAttack] = {
     "ghost": PastedObject(),
@@ -93,8 +94,8 @@ def conditions_of(configuration: Configuration) -> list[ConnectedCondition]:
 
 
 def connected_inputs(configuration: Configuration) -> dict[str, Path]:
-    """The fit that constants come from."""
-    return {"constants": _fit_file(configuration)}
+    """The fit that constants come from, and the model of the learned comparison."""
+    return {"constants": _fit_file(configuration), "model": _model_file(configuration)}
 
 
 class ConnectedInstants:
@@ -104,11 +105,12 @@ class ConnectedInstants:
         configuration: The configuration of the run.
 
     Raises:
-        DataError: The file of constants is missing or damaged.
+        DataError: The file of constants, or of the model, is missing or damaged.
     """
 
     def __init__(self, configuration: Configuration) -> None:
         self._fit = read_connected_fit(_fit_file(configuration))
+        self._learned = read_learned_fit(_model_file(configuration)).rule()
         self._seed, self._proposer = configuration.seed, ClusterProposer()
         self._place: tuple[tuple[Part, int], ScannedPlace] | None = None
 
@@ -129,7 +131,7 @@ class ConnectedInstants:
         scanned = time.perf_counter()
 
         # Attack-free, which is all that thresholds need.
-        compared = compared_instant(instant.scans, constants, self._proposer)
+        compared = compared_instant(instant.scans, constants, self._proposer, self._learned)
         rows = rows_of(clean_state(instant.id, compared), setting_of(part, under, CLEAN))
         seconds = {"scan": scanned - begin, f"judge {CLEAN}": time.perf_counter() - scanned}
         if part == JUDGED and under == USUAL:
@@ -140,7 +142,9 @@ class ConnectedInstants:
             attacked = _ATTACKS[kind].attack(instant, (self._seed, number, index))
             state = nothing_to_attack(instant.id)
             if attacked is not None:
-                compared = compared_instant(attacked.instant.scans, constants, self._proposer)
+                compared = compared_instant(
+                    attacked.instant.scans, constants, self._proposer, self._learned
+                )
                 state = attacked_state(instant.id, compared, attacked)
             rows += rows_of(state, setting_of(part, under, kind))
             seconds[f"judge {kind}"] = time.perf_counter() - begin
@@ -171,3 +175,8 @@ def constants_under(fit: ConnectedFit, condition: ConnectedCondition) -> Connect
 def _fit_file(configuration: Configuration) -> Path:
     given = {**OPTIONS, **configuration.options}["constants"]
     return Path(given) if given else SHIPPED_FIT
+
+
+def _model_file(configuration: Configuration) -> Path:
+    given = {**OPTIONS, **configuration.options}["model"]
+    return Path(given) if given else SHIPPED_MODEL

@@ -97,6 +97,8 @@ def measured_states(
 ) -> list[MeasuredState]:
     """The states that a run holds, by place.
 
+    What a cell of an earlier format left, which knew fewer methods, is none: it is done again.
+
     Args:
         results: The results of a run.
         part: `FITTED` or `JUDGED`.
@@ -109,7 +111,15 @@ def measured_states(
         column, _, index = row["name"].rpartition(" ")
         value = np.nan if row["value"] is None else row["value"]
         found.setdefault(row["scenario"], {}).setdefault(column, {})[int(index)] = value
-    return [_state(place, columns) for place, columns in sorted(found.items())]
+    return [
+        _state(place, columns) for place, columns in sorted(found.items()) if _is_whole(columns)
+    ]
+
+
+def _is_whole(columns: Mapping[str, Mapping[int, float]]) -> bool:
+    """Whether each method has a score of each region."""
+    regions = len(columns.get(_DECIDABLE, {}))
+    return all(len(columns.get(_score(method), {})) == regions for method in METHODS)
 
 
 def _state(place: str, columns: Mapping[str, Mapping[int, float]]) -> MeasuredState:

@@ -25,8 +25,8 @@ from avsec_gym.experiments.chapter4.tables import IN_WORDS
 from avsec_gym.experiments.chapter4.thesis import DETECTION, DISTANCE_BOUND
 from avsec_gym.validation.connected.result import AttackKind
 
-_KINDS = {"surfaces": "line-0", "rays": "line-1"}
-_SHARE_OF = {"surfaces": PAIRS, "rays": REGIONS}
+_KINDS = {"surfaces": "line-0", "rays": "line-1", "learned": "line-2"}
+_SHARE_OF = {"surfaces": PAIRS, "rays": REGIONS, "learned": REGIONS}
 """What r is a share of in figure 4b."""
 _MOST_FALSE = 0.2
 """False positive rate up to which ROC curves are drawn."""
@@ -107,8 +107,8 @@ def _detection_figure(
         panels,
         _METHODS,
         note="Three vehicles. Of decidable attacks, at thresholds of other places. r is a share of"
-        " distances of pairs of surfaces, as in the thesis, and of regions for rays. Where surfaces"
-        " compare nothing, an attack is a miss at any r. Hollow: the thesis.",
+        " distances of pairs of surfaces, as in the thesis, and of regions for the others. Where"
+        " surfaces compare nothing, an attack is a miss at any r. Hollow: the thesis.",
         columns=4,
     )
 

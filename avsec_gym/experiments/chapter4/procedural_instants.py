@@ -6,6 +6,8 @@ here looks at and which take nearly all of the time.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,7 @@ from avsec_gym.world.capture import Lidar, Sweep, renderer_of, scan_of
 from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export import clock_offsets, instant_of, measured_pose, pose_errors
 from avsec_gym.world.motion import later
+from avsec_gym.world.posed_scenes import PosedScene
 
 ASSETS: dict[Part, Assets] = {FITTED: Assets.TRAIN, JUDGED: Assets.JUDGE}
 _FIRST_SET: dict[Part, int] = {FITTED: 5000, JUDGED: 6000}
@@ -74,23 +77,37 @@ class ScannedPlace:
     def _scan(self, apart: float) -> RecordedInstant:
         """All vehicles' scans with their true poses."""
         offsets = clock_offsets(self._set, self._number, self._vehicles, apart).tolist()
-        instant = self.posed.instant
-        scans, points = [], []
-        for vehicle, seconds in enumerate(offsets):
-            # Each vehicle looks at its own time, at the world as it is then.
-            seen = later(self.posed, seconds)
-            scan = scan_of(seen, vehicle, Lidar(), Sweep.ROLLING, renderer_of(seen, vehicle))
-            pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
-            scans.append(VehicleScan(scan.points, pose, seconds))
-            points.append(_counts(scan.object_id, len(instant.actors)))
-        truth = instant_of(instant, self._number, 0, offsets, points)
-        rolling = [RollingSweep(each.speed, each.turn_rate) for each in truth.vehicles]
-        rolled = tuple(
-            VehicleScan(scan.points, scan.pose, scan.time, sweep)
-            for scan, sweep in zip(scans, rolling, strict=True)
-        )
-        poses = tuple(scan.pose for scan in scans)
-        return RecordedInstant(f"{self._number:06d}", rolled, truth, poses)
+        return scanned_instant(self.posed, offsets, self._number, 0, f"{self._number:06d}")
+
+
+def scanned_instant(
+    posed: PosedScene, offsets: Sequence[float], drive: int, frame: int, id: str
+) -> RecordedInstant:
+    """All vehicles' scans of an instant, with their true poses.
+
+    Args:
+        posed: What is there at the instant.
+        offsets: When each vehicle looks after the instant, seconds, one for each vehicle.
+        drive: Number of the drive, or of the place of an instant by itself.
+        frame: Number of the instant in its drive.
+        id: Name of the instant.
+    """
+    instant = posed.instant
+    scans, points = [], []
+    for vehicle, seconds in enumerate(offsets):
+        # Each vehicle looks at its own time, at the world as it is then.
+        seen = later(posed, seconds)
+        scan = scan_of(seen, vehicle, Lidar(), Sweep.ROLLING, renderer_of(seen, vehicle))
+        pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
+        scans.append(VehicleScan(scan.points, pose, seconds))
+        points.append(_counts(scan.object_id, len(instant.actors)))
+    truth = instant_of(instant, drive, frame, offsets, points)
+    rolling = [RollingSweep(each.speed, each.turn_rate) for each in truth.vehicles]
+    rolled = tuple(
+        VehicleScan(scan.points, scan.pose, scan.time, sweep)
+        for scan, sweep in zip(scans, rolling, strict=True)
+    )
+    return RecordedInstant(id, rolled, truth, tuple(scan.pose for scan in scans))
 
 
 def _counts(object_id: NDArray[np.int32], actors: int) -> NDArray[np.int64]:

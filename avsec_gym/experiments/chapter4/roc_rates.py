@@ -1,4 +1,4 @@
-"""ROC of both methods over decidable regions, ghosts and removals apart."""
+"""ROC of all methods over decidable regions, ghosts and removals apart."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ that are judged, made of the others."""
 State = Literal["clean", "ghost", "removal"]
 CLEAN: State = "clean"
 ATTACKS: tuple[AttackKind, ...] = get_args(AttackKind)
-METHODS: tuple[Method, ...] = ("surfaces", "rays")
-"""The thesis' method first."""
+METHODS: tuple[Method, ...] = ("surfaces", "rays", "learned")
+"""The thesis' method first; the last one learned to weigh what both state."""
 STATES_OF: dict[Part, tuple[State, ...]] = {FITTED: (CLEAN,), JUDGED: (CLEAN, *ATTACKS)}
 
 RATES = (0.01, 0.03, 0.1)
@@ -64,6 +64,7 @@ CONDITIONS = (
     *(ConnectedCondition(0.2, 0.1, vehicles) for vehicles in (2, 4, MOST_VEHICLES)),
 )
 """One factor at a time: errors of poses, then clocks, then the number of vehicles."""
-OPTIONS = {"conditions": [], "constants": ""}
+OPTIONS = {"conditions": [], "constants": "", "model": ""}
 """``conditions``: places in `CONDITIONS` that are measured, from 0; all if empty. ``constants``: a
-file that `avsec connected --fit` wrote; the package's own if empty."""
+file that `avsec connected --fit` wrote; the package's own if empty. ``model``: likewise, a file
+that `avsec connected --method learned --fit` wrote."""

@@ -1,4 +1,4 @@
-"""From both methods' results at an instant to what is kept of it."""
+"""From all methods' results at an instant to what is kept of it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def clean_state(place: str, compared: ComparedInstant) -> MeasuredState:
 
     Args:
         place: Name of the place.
-        compared: The instant by both methods.
+        compared: The instant by all methods.
     """
     vehicles = compared.distances.shape[1]
     upper = np.triu(np.ones((vehicles, vehicles), bool), 1)
@@ -43,7 +43,7 @@ def attacked_state(
 
     Args:
         place: Name of the place.
-        compared: The attacked instant by both methods.
+        compared: The attacked instant by all methods.
         attacked: The attack.
     """
     about = attacked.regions(compared.regions)

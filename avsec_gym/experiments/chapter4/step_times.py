@@ -26,6 +26,15 @@ STEPS: Mapping[Method, Mapping[str, Where]] = {
         "witness": "vehicle",
         "decide": "base station",
     },
+    "learned": {
+        "propose": "vehicle",
+        "merge": "base station",
+        "claim": "vehicle",
+        "witness": "vehicle",
+        "crop": "vehicle",
+        "compare": "base station",
+        "decide": "base station",
+    },
 }
 """The steps of each method as `Traffic.step` names them, and who does them."""
 
@@ -53,7 +62,7 @@ def seconds_of_steps(compared: ComparedInstant, vehicles: int) -> dict[str, floa
     """The steps of an instant, as parts of a cell's time.
 
     Args:
-        compared: The instant by both methods.
+        compared: The instant by all methods.
         vehicles: Number of vehicles, of which each step of vehicles has the mean.
     """
     return {

@@ -24,7 +24,7 @@ from avsec_gym.experiments.chapter4.summary import ConnectedSummary
 from avsec_gym.experiments.chapter4.thesis import DETECTION, DISTANCE_BOUND
 from avsec_gym.metrics.clustered_shares import Share
 
-IN_WORDS = {"surfaces": "surfaces (thesis)", "rays": "rays"}
+IN_WORDS = {"surfaces": "surfaces (thesis)", "rays": "rays", "learned": "learned of both"}
 _INTERVALS = "In brackets: 95 % intervals, which know that regions of one instant are alike"
 
 
@@ -63,7 +63,7 @@ def _roc_table(rows: Sequence[RocRow]) -> Table:
             ]
             for row in rows
         ],
-        "Decidable, for both methods alike: some vehicle has at least five rays at what another"
+        "Decidable, for all methods alike: some vehicle has at least five rays at what another"
         " claims, whatever they tell. True positive rates, %, at thresholds that this share of the"
         f" judged attack-free regions exceeds. {_INTERVALS} (AUC: bootstrap over instants; rates:"
         " Wilson’s, widened, for a given threshold).",

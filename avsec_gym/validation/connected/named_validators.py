@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.argument_checks import number, place
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, ConnectedFit, read_connected_fit
+from avsec_gym.validation.connected.learned.learned_fit import SHIPPED_MODEL, read_learned_fit
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -88,6 +89,26 @@ def surfaces_validator(
     """
     fit = fit_in(constants)
     return ConnectedValidator(fit.constants(rate=number("rate", rate, 0.0, 1.0)), "surfaces")
+
+
+def learned_validator(
+    *, constants: str | Path | None = None, model: str | Path | None = None, alarms: float = 0.1
+) -> ConnectedValidator:
+    """A small model weighs what rays and surfaces state of each region (thesis, section 6.2).
+
+    Args:
+        constants: A file of `avsec connected --fit`; None: the package's own.
+        model: A file of `avsec connected --method learned --fit`; None: the package's own.
+        alarms: Share of attack-free instants that may alarm.
+
+    Raises:
+        ConfigurationError: No such share, or no name of a file.
+        DataError: A file is missing or damaged.
+    """
+    alarms = number("alarms", alarms, 0.0, 1.0)
+    learned = read_learned_fit(SHIPPED_MODEL if model is None else place("model", model))
+    fit = fit_in(constants)
+    return ConnectedValidator(fit.constants(alarms), "learned", learned=learned.rule(alarms))
 
 
 def fit_in(constants: str | Path | None) -> ConnectedFit:

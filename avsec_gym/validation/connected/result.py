@@ -56,11 +56,11 @@ class ConnectedResult:
 
     Args:
         id: Name of the instant.
-        method: ``rays`` or ``surfaces``.
+        method: ``rays``, ``surfaces`` or ``learned``.
         regions: The complete set, world frame.
         score: How much speaks for an attack, shape (R,): log-likelihood ratio of the best
-            explanation (rays) or the largest distance in metres (surfaces); -inf where nothing
-            was compared.
+            explanation (rays), the largest distance in metres (surfaces) or the model's log odds
+            (learned); -inf where nothing was compared.
         probability: Probability of an attack, shape (R,).
         decidable: Whether something was compared, shape (R,).
         ghost: Probability, if there is an attack, of a ghost in each vehicle's scan, shape (R, V).

@@ -12,6 +12,8 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.base_station import SurfaceComparison
 from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
+from avsec_gym.validation.connected.learned.exchange import decide_by_learning, exchange_both
+from avsec_gym.validation.connected.learned.learned_fit import LearnedRule
 from avsec_gym.validation.connected.merged_proposals import merge_proposals
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.ray_exchange import (
@@ -28,7 +30,7 @@ from avsec_gym.validation.connected.traffic import SentMessages, Wire, sound_wir
 from avsec_gym.validation.connected.vehicle import RegionProposer
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
-Method = Literal["rays", "surfaces"]
+Method = Literal["rays", "surfaces", "learned"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,17 +40,19 @@ class ConnectedValidator:
     Each vehicle proposes regions; the base station merges them and sends the set to all. By
     ``surfaces`` (the thesis, sections 4.4.1 to 4.4.4) vehicles send their mirrored crops, whose
     surfaces the base station compares. By ``rays`` they send where their rays ended, and the
-    others answer whether their own rays ended there too or passed through.
+    others answer whether their own rays ended there too or passed through.  By ``learned`` they do
+    both, and a small model weighs what rays and surfaces state (section 6.2).
 
     Args:
         constants: What evidence is worth; see `ConnectedFit.constants`.
-        method: ``rays`` or ``surfaces``.
+        method: ``rays``, ``surfaces`` or ``learned``.
         proposer: Proposes regions of a scan, all around.
         budget: The budget of what a vehicle sends by the method of rays.
         mesher: Makes surfaces.
+        learned: The model of ``learned`` and its threshold; see `LearnedFit.rule`.
 
     Raises:
-        ConfigurationError: There is no such method.
+        ConfigurationError: There is no such method, or ``learned`` comes without a model.
 
     Example:
         >>> scan = VehicleScan(np.zeros((0, 4), np.float32), np.eye(4))
@@ -61,10 +65,17 @@ class ConnectedValidator:
     proposer: RegionProposer = field(default_factory=ClusterProposer)
     budget: MessageBudget = field(default_factory=MessageBudget)
     mesher: Mesher = delaunay_mesh
+    learned: LearnedRule | None = None
 
     def __post_init__(self) -> None:
         if self.method not in get_args(Method):
-            raise ConfigurationError(f"methods are 'rays' and 'surfaces', got {self.method!r}")
+            raise ConfigurationError(
+                f"methods are 'rays', 'surfaces' and 'learned', got {self.method!r}"
+            )
+        if self.method == "learned" and self.learned is None:
+            raise ConfigurationError(
+                "the method 'learned' needs a model: learned=read_learned_fit(SHIPPED_MODEL).rule()"
+            )
 
     def validate(
         self,
@@ -89,6 +100,8 @@ class ConnectedValidator:
             raise DataError(f"Connected vehicles are two or more, got {len(scans)}.")
         if self.method == "rays":
             return self._by_rays(scans, id, wire, motions)
+        if self.learned is not None and self.method == "learned":
+            return self._by_learning(scans, id, wire, motions, self.learned)
         return self._by_surfaces(scans, id, wire)
 
     def _by_rays(
@@ -117,6 +130,37 @@ class ConnectedValidator:
             traffic,
             counts=heard.counts,
             claims=heard.claims,
+        )
+
+    def _by_learning(
+        self,
+        scans: Sequence[VehicleScan],
+        id: str,
+        wire: Wire,
+        motions: Sequence[RegionVelocities] | None,
+        rule: LearnedRule,
+    ) -> ConnectedResult:
+        constants = self.constants
+        heard = exchange_both(
+            scans, constants, self.proposer, self.mesher, self.budget, wire, motions
+        )
+        testimonies, evidence, traffic = heard.testimonies, heard.evidence, heard.traffic
+        with traffic.step("decide"):
+            decision = decide_by_learning(testimonies, evidence, heard.merged, constants, rule)
+        return ConnectedResult(
+            id,
+            "learned",
+            evidence.regions,
+            decision.score,
+            decision.probability,
+            evidence.compared(constants.rates),
+            decision.ghost,
+            decision.removal,
+            decision.named,
+            traffic,
+            counts=testimonies.counts,
+            distances=evidence.distances,
+            claims=testimonies.claims,
         )
 
     def _by_surfaces(self, scans: Sequence[VehicleScan], id: str, wire: Wire) -> ConnectedResult:

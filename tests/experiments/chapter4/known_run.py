@@ -52,10 +52,14 @@ def clean(number: int) -> MeasuredState:
         f"{number:06d}",
         False,
         np.arange(REGIONS) < REGIONS - 1,
-        {"surfaces": scores, "rays": scores - 1},
+        {"surfaces": scores, "rays": scores - 1, "learned": scores - 2},
         dict.fromkeys(METHODS, nothing),
         DISTANCES,
-        {"surfaces": np.array([1000, 3000, 2000]), "rays": np.array([100, 200, 300])},
+        {
+            "surfaces": np.array([1000, 3000, 2000]),
+            "rays": np.array([100, 200, 300]),
+            "learned": np.array([1100, 3200, 2300]),
+        },
     )
 
 
@@ -67,6 +71,7 @@ def attacked(number: int) -> MeasuredState:
     named = {
         "surfaces": np.full(regions, Naming.NO_ALARM if turn == 3 else Naming.CANNOT_TELL),
         "rays": np.full(regions, Naming.VICTIM),
+        "learned": np.full(regions, Naming.ANOTHER),
     }
     return MeasuredState(
         f"{number:06d}",
@@ -75,6 +80,7 @@ def attacked(number: int) -> MeasuredState:
         {
             "surfaces": np.full(regions, by_surfaces),
             "rays": np.full(regions, 5.0),
+            "learned": np.full(regions, 4.0),
         },
         {method: named[method].astype(np.int64) for method in METHODS},
         np.full(regions, 1.2),

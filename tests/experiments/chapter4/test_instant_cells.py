@@ -23,6 +23,7 @@ from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import ReportRequest
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
+from avsec_gym.validation.connected.learned.learned_fit import SHIPPED_MODEL
 
 TWO_VEHICLES = 4
 """Place of the condition in `CONDITIONS`."""
@@ -40,9 +41,11 @@ def test_each_place_has_a_cell_under_each_condition() -> None:
     assert len({cell.group for cell in cells}) == 4
     [first, second] = connected_cells(Configuration("procedural", 1, options={"conditions": [3]}))
     assert first.arguments["condition"] == second.arguments["condition"] == 3
-    assert connected_inputs(configuration()) == {"constants": SHIPPED_FIT}
-    assert connected_inputs(configuration(constants="mine.json")) == {
-        "constants": Path("mine.json")
+    shipped = {"constants": SHIPPED_FIT, "model": SHIPPED_MODEL}
+    assert connected_inputs(configuration()) == shipped
+    assert connected_inputs(configuration(constants="mine.json", model="learned.json")) == {
+        "constants": Path("mine.json"),
+        "model": Path("learned.json"),
     }
 
 

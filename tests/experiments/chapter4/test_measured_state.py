@@ -38,6 +38,11 @@ def test_states_are_read_back_as_they_were() -> None:
     assert measured_states(kept, JUDGED, EXACT, "clean") == []  # type: ignore[arg-type]
 
 
+def test_what_knew_fewer_methods_is_no_state() -> None:
+    rows = [row for row in known_rows(2) if not row.name.startswith("learned")]
+    assert measured_states(Kept(rows), JUDGED, USUAL, "clean") == []  # type: ignore[arg-type]
+
+
 def test_rows_of_a_state_are_unique() -> None:
     rows = known_rows(3)
     assert len({(row.setting, row.scenario, row.name) for row in rows}) == len(rows)

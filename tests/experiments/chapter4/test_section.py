@@ -34,6 +34,8 @@ def test_attacks_are_counted_end_to_end(summary: ConnectedSummary) -> None:
     assert (rays.covered.rate, rays.decidable.rate) == (3 / 4, 2 / 4)
     assert (rays.detected.rate, rays.of_decidable.rate) == (2 / 4, 1.0)
     assert (surfaces.detected.rate, surfaces.of_decidable.rate) == (1 / 4, 1 / 2)
+    learned = next(row for row in summary.attacks if row.method == "learned")
+    assert (learned.victim.rate, learned.another.rate, learned.of_decidable.rate) == (0, 1 / 2, 1)
     assert (rays.victim.rate, surfaces.victim.rate, surfaces.cannot_tell.rate) == (1 / 2, 0, 1 / 4)
 
 
@@ -64,7 +66,7 @@ def test_a_frame_has_more_false_alarms_than_a_region(summary: ConnectedSummary) 
     row = next(row for row in summary.false_alarms if row.rate == 0.1)
     assert row.regions.rate == 0.0
     assert row.decidable.rate == 0.9
-    assert {row.most for row in summary.sent} == {3000, 300}
+    assert {row.most for row in summary.sent} == {3000, 300, 3200}
     assert [(each.step, each.where, each.seconds) for each in summary.times] == [
         ("claim", "vehicle", 0.05)
     ]
@@ -89,7 +91,7 @@ def test_the_section_is_whole(summary: ConnectedSummary) -> None:
     # Two attacks under the one condition that there is; the factors have panels of their own.
     figures = [part for part in section.parts if isinstance(part, Figure)]
     assert [len(figure.drawings) for figure in figures] == [2, 2, 2, 4]
-    assert figures[3].drawings[1].count('class="reach"') == 2
+    assert figures[3].drawings[1].count('class="reach"') == 3
     for table in section.tables:
         assert table.rows
         assert {len(line) for line in table.rows} == {len(table.columns)}

@@ -61,6 +61,38 @@ class InstantAttack(Protocol):
         ...
 
 
+class AttackUnderWay(Protocol):
+    """An attack that has begun and lasts."""
+
+    def attack(self, instant: RecordedInstant, seconds: float) -> AttackedInstant | None:
+        """A later instant of the same drive, attacked; None where this one offers no way to.
+
+        Args:
+            instant: What all vehicles scanned then.
+            seconds: Time since the attack began.
+        """
+        ...
+
+
+@runtime_checkable
+class LastingAttack(Protocol):
+    """An `InstantAttack` that can also last over the instants of a drive."""
+
+    @property
+    def step(self) -> float:
+        """Seconds between two instants of a drive."""
+        ...
+
+    def begin(self, instant: RecordedInstant, seed: Seed = 0) -> AttackUnderWay | None:
+        """Begin the attack; None where this instant offers nothing to begin with.
+
+        Args:
+            instant: The first instant.
+            seed: The seed of all that is drawn.
+        """
+        ...
+
+
 def with_scan(instant: RecordedInstant, vehicle: int, points: Points) -> RecordedInstant:
     """An instant with other points of one vehicle."""
     scans = tuple(

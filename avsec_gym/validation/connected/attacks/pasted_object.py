@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
-from avsec_gym.argument_checks import flag, label, number, number_range, shown, whole_number
+from avsec_gym.argument_checks import (
+    flag,
+    label,
+    number,
+    number_range,
+    one_of,
+    shown,
+    whole_number,
+)
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.object_scan import ObjectScan, cut_out_points, read_object_scan
 from avsec_gym.attacks.tampered_scan import holds_lidar, inject_object
 from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, with_scan
+from avsec_gym.validation.connected.attacks.chosen_places import (
+    Where,
+    other_observers,
+    place_in_path,
+    telling_rays,
+)
 from avsec_gym.validation.connected.attacks.seen_objects import (
     SeenObject,
     box_in_world,
@@ -23,6 +39,7 @@ from avsec_gym.validation.connected.attacks.seen_objects import (
     seen_objects,
     upright_pose,
 )
+from avsec_gym.validation.connected.attacks.spoofing_lasers import LASERS
 from avsec_gym.validation.connected.proposals.ground_map import ground_map
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -43,7 +60,9 @@ class PastedObject:
     """A ghost: what some vehicle scanned of a real object stands in the victim's scan elsewhere.
 
     It stands on the ground, where the victim's rays ended on nothing, and turned such that the
-    sides that were scanned face the victim's LiDAR, as they must to be seen.
+    sides that were scanned face the victim's LiDAR, as they must to be seen.  A place is drawn
+    anywhere, as in the thesis, or chosen to matter: in the victim's path, or where the rays of the
+    others tell least of it, of a dozen free places.
 
     Args:
         vehicle: Number of the victim; None: drawn.
@@ -52,6 +71,9 @@ class PastedObject:
         scan: The scan that is pasted, or a file that `write_object_scan` wrote; None: that of an
             object of the instant, drawn.
         fewest: Points of an object of the instant that is pasted.
+        where: ``anywhere``, ``path`` or ``blind_spot``.
+        laser: The limits of a spoofing laser as a paper has them, ``cao_2019`` or ``sun_2020``, see
+            `avsec_gym.validation.connected.attacks.spoofing_lasers`; None: all points are placed.
         rays_lost: Whether the victim's rays that meet the ghost are lost; in the thesis points are
             added.
         name: Name of the attack in results.
@@ -67,6 +89,8 @@ class PastedObject:
     scan: ObjectScan | str | Path | None = None
     fewest: int = 50
     rays_lost: bool = False
+    where: Where = "anywhere"
+    laser: str | None = None
     name: str = "paste"
     _scan: ObjectScan | None = field(init=False, repr=False)
 
@@ -78,6 +102,11 @@ class PastedObject:
             object.__setattr__(self, "bearing", number("bearing", self.bearing, -_TURN, _TURN))
         whole_number("fewest", self.fewest, 1)
         flag("rays_lost", self.rays_lost)
+        one_of("where", self.where, get_args(Where))
+        if self.laser is not None:
+            one_of("laser", self.laser, tuple(LASERS))
+        if self.bearing is not None and self.where != "anywhere":
+            raise ConfigurationError(f"a bearing is for where='anywhere', not for {self.where!r}")
         label("name", self.name)
         given = self.scan
         if not isinstance(given, ObjectScan | str | Path | None):
@@ -87,22 +116,47 @@ class PastedObject:
 
     def attack(self, instant: RecordedInstant, seed: Seed = 0) -> AttackedInstant | None:
         """See `InstantAttack.attack`."""
+        placed = self.placed(instant, seed)
+        return None if placed is None else self.paste(instant, placed)
+
+    def placed(self, instant: RecordedInstant, seed: Seed = 0) -> PlacedGhost | None:
+        """What would be pasted, and where; None where this instant offers nothing.
+
+        Args:
+            instant: What all vehicles scanned.
+            seed: The seed of all that is drawn.
+        """
         random = np.random.default_rng(seed)
         victim = drawn_vehicle(instant, self.vehicle, random)
         pasted = self._scan or _scan_of_some_object(instant, self.fewest, random)
         if pasted is None:
             return None
-        scan = instant.scans[victim]
-        place = self._place(instant, victim, pasted, random)
-        if place is None:
-            return None
-        # It stands still: each of its points is where the head finds it.
-        tampered = inject_object(scan.compensated().points, pasted, place, rays_lost=self.rays_lost)
+        pose = self._place(instant, victim, pasted, random)
+        return None if pose is None else PlacedGhost(victim, pasted, pose)
+
+    def paste(self, instant: RecordedInstant, placed: PlacedGhost) -> AttackedInstant:
+        """An instant with the ghost, as far as the laser can place it.
+
+        Args:
+            instant: What all vehicles scanned.
+            placed: The ghost, with its pose in the victim's frame at this instant.
+
+        Raises:
+            ConfigurationError: The LiDAR would be inside of the ghost.
+        """
+        scan, pasted = instant.scans[placed.victim], placed.scan
+        tampered = inject_object(
+            scan.compensated().points, pasted, placed.pose, rays_lost=self.rays_lost
+        )
         bogus = tampered.points[tampered.bogus]
+        if self.laser is not None:
+            bogus = LASERS[self.laser].placeable(bogus)
+        # It stands still: each of its points is where the head finds it.
         bogus[:, :3] = scan.sweep.rolled(bogus[:, :3].astype(np.float64))
         points = np.concatenate([scan.points[~tampered.lost], bogus])
-        box = box_in_world(place, pasted.dimensions, instant.true_pose(victim))
-        return AttackedInstant(with_scan(instant, victim, points), victim, "ghost", box, len(bogus))
+        box = box_in_world(placed.pose, pasted.dimensions, instant.true_pose(placed.victim))
+        attacked = with_scan(instant, placed.victim, points)
+        return AttackedInstant(attacked, placed.victim, "ghost", box, len(bogus))
 
     def _place(
         self,
@@ -112,17 +166,43 @@ class PastedObject:
         random: np.random.Generator,
     ) -> Floats | None:
         """A free place on the ground; None where there is none."""
-        places = instant.scans[victim].compensated().points[:, :3].astype(np.float64)
+        scan = instant.scans[victim]
+        free = self._free_places(instant, victim, pasted, random)
+        if self.where != "blind_spot":
+            return next(free, None)
+        others, pose = other_observers(instant, victim), instant.true_pose(victim)
+
+        def telling(place: Floats) -> int:
+            box = box_in_world(place, pasted.dimensions, pose)
+            ghost = transform_points(place, pasted.points[:, :3].astype(np.float64))
+            return telling_rays(others, ghost, box, pose, scan.time)
+
+        # Of equal ones the first that was drawn.
+        return min(islice(free, _CANDIDATES), key=telling, default=None)
+
+    def _free_places(
+        self,
+        instant: RecordedInstant,
+        victim: int,
+        pasted: ObjectScan,
+        random: np.random.Generator,
+    ) -> Iterator[Floats]:
+        """Poses on free ground in the victim's frame, as they are drawn, shape (4, 4) each."""
+        scan = instant.scans[victim]
+        places = scan.compensated().points[:, :3].astype(np.float64)
         places = places[np.isfinite(places).all(axis=1)]
         places = places[(np.abs(places[:, :2]) < _REACH).all(axis=1)]
         if not len(places):
-            return None
+            return
         ground = ground_map(places, _REACH)
         taken = [_rectangle(each, _ROOM) for each in seen_objects(instant, victim)]
         for _ in range(_TRIES):
             distance, turned = random.uniform(*self.distance), random.uniform(-np.pi, np.pi)
             bearing = turned if self.bearing is None else self.bearing
             x, y = distance * np.cos(bearing), distance * np.sin(bearing)
+            if self.where == "path":
+                x, y = place_in_path(scan.sweep, distance)
+                bearing = np.arctan2(y, x)
             facing = bearing + np.pi - np.arctan2(pasted.seen_from[1], pasted.seen_from[0])
             bottom = float(ground.height(np.array([[x, y]]))[0])
             pose = upright_pose(x, y, bottom, facing)
@@ -134,10 +214,26 @@ class PastedObject:
                 continue
             # Few returns above the ground: bushes and walls are no place for a vehicle.
             if points_in_box(places, pose, pasted.dimensions, feet=_FEET) <= _FEW:
-                return pose
-        return None
+                yield pose
 
 
+@dataclass(frozen=True, eq=False)
+class PlacedGhost:
+    """What is pasted, and where.
+
+    Args:
+        victim: Number of the victim.
+        scan: The scan that is pasted.
+        pose: From the ghost's own frame to the victim's velodyne frame, shape (4, 4).
+    """
+
+    victim: int
+    scan: ObjectScan
+    pose: Floats
+
+
+_CANDIDATES = 12
+"""Free places of which the one is chosen that the others' rays tell least of."""
 _FEW = 3
 """So many stray returns may be where a ghost is put."""
 

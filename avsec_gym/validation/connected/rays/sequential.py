@@ -1,6 +1,7 @@
 """A test over frames: evidence that stays too small for one frame adds up over several.
 
-For users of the library (docs/connected.md), who have a validator's results of successive frames.
+`avsec connected --sequence` adds up the highest scores of successive instants by it, and the
+experiment ``chapter4_drives`` measures what that is worth.
 """
 
 from __future__ import annotations
@@ -11,9 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from avsec_gym.argument_checks import number, whole_number
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
+from avsec_gym.metrics.roc_curve import threshold_at
+from avsec_gym.metrics.tolerance import rate_bound
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,58 @@ def count_false_alarms(
     """
     alarms = [test.alarm(scores) is not None for scores in attack_free]
     return share_of(alarms, list(map(str, range(len(alarms)))) if drives is None else drives)
+
+
+def bound_on_false_alarms(
+    test: SequentialTest, attack_free: Sequence[Floats], drives: Sequence[str]
+) -> float:
+    """The share of attack-free drives that alarm at most, with 95 % confidence.
+
+    A drive counts once, and alarms where one of its windows does: the bound holds however alike
+    the windows of a drive are (`rate_bound`).
+
+    Args:
+        test: The test, which was fitted on other drives.
+        attack_free: Scores of each frame of windows without an attack.
+        drives: The drive of each window.
+
+    Raises:
+        ConfigurationError: No windows.
+    """
+    loud = {
+        drive
+        for drive, scores in zip(drives, attack_free, strict=True)
+        if test.alarm(scores) is not None
+    }
+    return rate_bound(len(set(drives)), len(loud))
+
+
+def lasting_test(attack_free: Sequence[float], frames: int, rate: float) -> SequentialTest:
+    """A test over windows, from scores of single attack-free frames, each of a drive of its own.
+
+    How alike successive frames are is not known from single ones.  The limit is that of the case in
+    which a window has the score of its first frame throughout: then as many windows alarm as single
+    frames would.  A frame counts as two at most of the score that may just not alarm.
+
+    Args:
+        attack_free: Highest score of each attack-free frame; minus infinity where there is none.
+        frames: Number of frames of a window.
+        rate: Share of windows that may alarm.
+
+    Raises:
+        ConfigurationError: Fewer than two frames, or no such share.
+        DataError: No scores.
+    """
+    frames, rate = whole_number("frames", frames, 2), number("rate", rate, 0.0, 1.0)
+    if not len(attack_free):
+        raise DataError("A sequential test is fitted on attack-free frames.")
+    # What speaks against an attack, or hardly for one, never adds up to an alarm.
+    highest = max(threshold_at(np.asarray(attack_free, np.float64), rate), _LEAST_SCORE)
+    return SequentialTest(float(np.nextafter(frames * highest, np.inf)), clip=2 * highest)
+
+
+_LEAST_SCORE = 0.5
+"""Nats."""
 
 
 def fit_limit(

@@ -9,8 +9,10 @@ from avsec_gym.validation.connected.rays.sequential import (
     SequentialTest as PageTest,
 )
 from avsec_gym.validation.connected.rays.sequential import (
+    bound_on_false_alarms,
     count_false_alarms,
     fit_limit,
+    lasting_test,
     windows,
 )
 
@@ -77,3 +79,47 @@ def test_frames_in_which_nothing_was_decidable_leave_the_sum_as_it_is() -> None:
 def test_an_allowance_beyond_the_clip_is_refused(allowance: float) -> None:
     with pytest.raises(ConfigurationError, match="allowance"):
         PageTest(allowance=allowance)
+
+
+@pytest.mark.parametrize("alike", [0.0, 0.9, 1.0])
+def test_from_single_frames_no_more_windows_alarm_than_was_asked(alike: float) -> None:
+    """Simulated drives whose frames are independent, drift, or never change."""
+    rng = np.random.default_rng(4)
+    page = lasting_test(rng.normal(0.0, 2.0, 5_000), 10, rate=0.1)
+    scores = np.empty((4_000, 10))
+    scores[:, 0] = rng.normal(0.0, 2.0, 4_000)
+    for frame in range(1, 10):
+        fresh = rng.normal(0.0, 2.0 * np.sqrt(1 - alike**2), 4_000)
+        scores[:, frame] = alike * scores[:, frame - 1] + fresh
+    alarms = count_false_alarms(page, list(scores))
+    assert alarms.rate <= 0.1 + 0.012
+    if alike == 1.0:
+        assert alarms.rate == pytest.approx(0.1, abs=0.012)
+    # What lasts is found, at half of the window's length at the earliest.
+    assert page.alarm(np.full(10, 50.0)) == 5
+
+
+def test_what_hardly_speaks_for_an_attack_never_adds_up() -> None:
+    page = lasting_test([-5.0, -4.0, -np.inf], 10, rate=0.1)
+    assert page.alarm(np.full(10, 0.4)) is None
+    assert page.alarm(np.full(10, 1.1)) is not None
+
+
+def test_the_bound_holds_for_nineteen_sets_of_drives_in_twenty() -> None:
+    """Windows of a drive share an offset; each drive has an alarm with a known probability."""
+    rng = np.random.default_rng(5)
+    names, holds, chance = [f"{drive}" for drive in range(60) for _ in range(5)], 0, 0.05
+    for _ in range(400):
+        loud = rng.random(60) < chance
+        scores = [np.full(10, 5.0 if loud[int(name)] else -1.0) for name in names]
+        holds += bound_on_false_alarms(PageTest(), scores, names) >= chance
+    assert holds / 400 >= 0.95 - 0.035
+
+
+def test_no_windows_have_no_bound() -> None:
+    with pytest.raises(ConfigurationError):
+        bound_on_false_alarms(PageTest(), [], [])
+    with pytest.raises(ConfigurationError, match="frames"):
+        lasting_test([1.0], 1, 0.1)
+    with pytest.raises(DataError):
+        lasting_test([], 10, 0.1)
