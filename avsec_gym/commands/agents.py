@@ -34,6 +34,10 @@ class AgentsTrain:
     """How it learns; tqc and trpo are sb3-contrib's."""
     config: Path | None = None
     """A file in rl-zoo3's YAML form with an entry for the environment.  Default: the package's."""
+    variant: str | None = None
+    """Which other game of the package's configurations: images (policies that see the camera's
+    image), defender (a driver under attack) or low_frequency (perturbations of long waves).
+    Default: the usual one."""
     steps: int | None = None
     """Environment steps to learn from, all sittings together.  Default: the entry's n_timesteps."""
     minutes: float | None = None
@@ -58,7 +62,7 @@ class AgentsTrain:
         from avsec_gym.agents.training import TrainingSitting, train_agent
 
         self._check()
-        configuration = configuration_of(self.env, self.algo, self.config)
+        configuration = configuration_of(self.env, self.algo, self.config, self.variant)
         steps = configuration.n_timesteps if self.steps is None else self.steps
         sitting = TrainingSitting(steps, self.minutes, self.resume, self.threads)
         with console.progress("training") as shown:
@@ -151,18 +155,33 @@ class AgentsList:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.agents.agent_folder import SHIPPED, read_agent_card, shipped_agents
-        from avsec_gym.agents.configuration import shipped_configurations
+        from avsec_gym.agents.configuration import shipped_configurations, shipped_variants
 
         there = shipped_configurations()
+        variants = {
+            name: {env: own for env, own in shipped_configurations(name).items() if own}
+            for name in shipped_variants()
+        }
         cards = {name: read_agent_card(SHIPPED / name) for name in shipped_agents()}
         if self.json:
             shipped: dict[str, Any] = {name: asdict(card) for name, card in cards.items()}
-            console.print_json("agents.list", {"configurations": there, "agents": shipped})
+            console.print_json(
+                "agents.list", {"configurations": there, "variants": variants, "agents": shipped}
+            )
             return console.DONE
         console.print_table(
             "configurations: `avsec agents train ENV --algo ALGO --out DIR`",
             ["environment", "algorithms"],
             [[env, ", ".join(algorithms)] for env, algorithms in there.items()],
+        )
+        console.print_table(
+            "other games: `avsec agents train ENV --algo ALGO --variant VARIANT --out DIR`",
+            ["variant", "environment", "algorithms"],
+            [
+                [name, env, ", ".join(own)]
+                for name, entries in variants.items()
+                for env, own in entries.items()
+            ],
         )
         console.print_table(
             "shipped agents: `avsec agents evaluate NAME`",

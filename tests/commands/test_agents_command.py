@@ -88,9 +88,12 @@ def test_what_there_is_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["agents", "list", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert "ppo" in found["configurations"]["avsec/ClosedLoop-v0"]
+    assert found["variants"]["defender"] == {"avsec/ClosedLoop-v0": ["ppo", "sac"]}
     assert found["agents"]["ghost_place"]["env"] == "avsec/GhostObject-v1"
     assert run(["agents", "list"]) == 0
-    assert "ghost_place" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "ghost_place" in shown
+    assert "defender" in shown
 
 
 @pytest.mark.parametrize("option", ["--steps 0", "--minutes 0", "--seed -1", "--episodes -1"])
