@@ -72,8 +72,8 @@ def test_what_doing_nothing_wins_is_the_measured_figure(
     arena.close()
     share = share_of(found.success, found.scenario.tolist())
     stated = first_paragraph("avsec/ClosedLoop-v0")
-    assert form.format(100 * share.rate) in stated
-    low, high = share.interval or ()
+    assert form.format(100 * (share.rate or 0.0)) in stated
+    low, high = share.interval or (0.0, 0.0)
     assert f"{100 * low:.1f} to {100 * high:.1f} %" in stated
 
 
