@@ -143,6 +143,26 @@ class Arena:
         return Played(success, reward, steps, intention, scenario)
 
 
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """Who plays without having learned.
+
+    Args:
+        name: The name of the baseline.
+        act_in: How it acts in an arena.
+        queries: Environment steps that it was searched with.
+    """
+
+    name: str
+    act_in: Callable[[Arena], Act]
+    queries: int
+
+    @classmethod
+    def everywhere(cls, name: str, act: Act, queries: int) -> Baseline:
+        """One that acts alike in every arena."""
+        return cls(name, lambda arena: act, queries)
+
+
 def _as_batch(observation: Any) -> Any:
     if isinstance(observation, Mapping):
         return {name: np.asarray(value)[None] for name, value in observation.items()}

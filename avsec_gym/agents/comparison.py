@@ -2,81 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import torch
-
 from avsec_gym.agents.agent_folder import TrainedAgent
 from avsec_gym.agents.arena import Act, Arena, Played
-from avsec_gym.agents.learner import make_policy
-from avsec_gym.agents.rules import NUMBER, rules_of
-from avsec_gym.agents.search import (
-    SearchBudget,
-    best_constant,
-    evolved_parameters,
-    random_actions,
-    random_parameters,
+from avsec_gym.agents.baselines import SEARCHES, baselines_of, number_of_baselines
+from avsec_gym.agents.compared_agent import (
+    ComparedAgent,
+    PooledTrainings,
+    difference,
+    improvement,
 )
+from avsec_gym.agents.search import choice_seeds
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.metrics.clustered_shares import Share, share_of
-from avsec_gym.metrics.interquartile_mean import interquartile_interval, interquartile_mean
-from avsec_gym.metrics.paired_scores import PairedDifference, paired_difference
+from avsec_gym.metrics.paired_scores import PairedDifference
 
-BLOCK = 20
-"""Held-out episodes that make a score: their success rate."""
-
-_SEARCHES = 4
-"""The searches of every environment: two of constants, two of the network's parameters."""
-
-
-@dataclass(frozen=True, eq=False)
-class ComparedAgent:
-    """One agent or baseline.
-
-    Args:
-        name: The name of the player.
-        kind: ``agent`` or ``baseline``.
-        played: The results of its held-out episodes.
-        queries: Environment steps that it learned from, or was searched with.
-    """
-
-    name: str
-    kind: str
-    played: Played
-    queries: int
-
-    @property
-    def rate(self) -> float:
-        """The success rate."""
-        return float(self.played.success.mean())
-
-    @property
-    def share(self) -> Share:
-        """The successes; episodes of one scene are a cluster of the interval."""
-        return share_of(self.played.success, self.played.scenario.tolist())
-
-    @property
-    def scores(self) -> Any:
-        """The success rate of each block of episodes; of fewer than a block, of each episode."""
-        won = self.played.success.astype(float)
-        whole = len(won) // BLOCK * BLOCK
-        return won[:whole].reshape(-1, BLOCK).mean(axis=1) if whole else won
-
-    def to_json(self) -> dict[str, Any]:
-        """Rates, means and their 95 % intervals."""
-        return {
-            "name": self.name,
-            "kind": self.kind,
-            "queries": self.queries,
-            "episodes": len(self.played.success),
-            "success_rate": self.rate,
-            "success_interval": list(self.share.interval or ()) or None,
-            "interquartile_mean": float(interquartile_mean(self.scores)),
-            "interquartile_interval": list(interquartile_interval([self.scores])),
-            "reward": float(self.played.reward.mean()),
-        }
+OnProgress = Callable[[int, int], None]
+"""Called with environment steps done, and about how many there are in all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,21 +29,28 @@ class AgentComparison:
 
     Args:
         env: The environment's id.
+        budget: Environment steps that each baseline was searched with.
         rows: The agents first.
+        pools: Trainings of one configuration with different seeds.
     """
 
     env: str
+    budget: int
     rows: list[ComparedAgent]
+    pools: tuple[PooledTrainings, ...] = ()
 
     @property
     def best_baseline(self) -> ComparedAgent:
-        """The baseline with the highest success rate in the held-out episodes."""
-        return max((row for row in self.rows if row.kind == "baseline"), key=lambda row: row.rate)
+        """The baseline with the highest success rate in training episodes.
+
+        Of equal ones that with the highest reward there.  The held-out episodes choose nothing.
+        """
+        baselines = [row for row in self.rows if row.kind == "baseline"]
+        return max(baselines, key=lambda row: row.in_training)
 
     def against_best(self, row: ComparedAgent) -> PairedDifference:
         """A row less the best baseline, paired."""
-        best = self.best_baseline.played
-        return paired_difference(row.played.success, best.success, best.scenario.tolist())
+        return difference([row], self.best_baseline)
 
     def answer(self, row: ComparedAgent) -> str:
         """Who wins: a sentence about an agent."""
@@ -117,21 +68,25 @@ class AgentComparison:
 
     def to_json(self) -> dict[str, Any]:
         """All of it."""
-        agents = [row for row in self.rows if row.kind == "agent"]
+        best = self.best_baseline
         return {
             "env": self.env,
+            "budget": self.budget,
             "rows": [row.to_json() for row in self.rows],
-            "best_baseline": self.best_baseline.name,
+            "best_baseline": best.name,
             "against_best_baseline": [
                 {
                     "agent": row.name,
                     "difference": (found := self.against_best(row)).difference,
                     "interval": found.interval and list(found.interval),
                     "mcnemar_p": found.p,
+                    **improvement([row], best).columns("probability_of_improvement"),
                     "answer": self.answer(row),
                 }
-                for row in agents
+                for row in self.rows
+                if row.kind == "agent"
             ],
+            "pooled": [pool.to_json(best) for pool in self.pools],
         }
 
 
@@ -140,7 +95,7 @@ def held_out_result(agent: TrainedAgent, episodes: int, seed: int) -> dict[str, 
     arena = Arena(agent.configuration.env, agent.configuration.held_out_kwargs)
     played = arena.play(_of(agent), range(seed, seed + episodes))
     arena.close()
-    facts = ComparedAgent(agent.name, "agent", played, agent.card.steps).to_json()
+    facts = ComparedAgent(agent.name, played, agent.card.steps).to_json()
     kept = ("episodes", "success_rate", "success_interval", "reward")
     return {"first_seed": seed} | {name: facts[name] for name in kept}
 
@@ -150,14 +105,14 @@ def compare(
     episodes: int,
     seed: int,
     queries: int | None = None,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: OnProgress = lambda done, total: None,
 ) -> AgentComparison:
     """Judge agents and baselines in the same held-out episodes.
 
     Args:
         agents: Agents of one environment, with the same arguments.
-        episodes: Held-out episodes.
-        seed: Seed of the first one; episode k has the seed ``seed + k``.
+        episodes: Held-out episodes, and training episodes in which the best baseline is chosen.
+        seed: Seed of the first held-out one; episode k has the seed ``seed + k``.
         queries: Environment steps that each baseline is searched with; None: as many as the agent
             learned from that learned longest.
         on_progress: Called with environment steps done, and about how many there are in all.
@@ -165,6 +120,89 @@ def compare(
     Raises:
         ConfigurationError: The agents are of several environments.
     """
+    _check_environments(agents)
+    # Baselines are searched with as many steps as the agents had.
+    budget = max(agent.card.steps for agent in agents) if queries is None else queries
+    return _compared({budget: agents}, episodes, seed, on_progress)[0]
+
+
+def compare_at_budgets(
+    agents: Sequence[TrainedAgent],
+    budgets: Sequence[int],
+    episodes: int,
+    seed: int,
+    on_progress: OnProgress = lambda done, total: None,
+) -> list[AgentComparison]:
+    """A comparison for each budget of environment steps, with the agents that kept to it.
+
+    An agent belongs to the smallest budget that it learned no more from; baselines are searched
+    with the whole of it.
+
+    Args:
+        agents: Agents of one environment, with the same arguments.
+        budgets: Environment steps.
+        episodes: As in `compare`.
+        seed: As in `compare`.
+        on_progress: As in `compare`.
+
+    Returns:
+        The comparisons, the smallest budget first.
+
+    Raises:
+        ConfigurationError: The agents are of several environments, one learned from more than the
+            largest budget, or a budget has no agent.
+    """
+    _check_environments(agents)
+    return _compared(_by_budget(agents, budgets), episodes, seed, on_progress)
+
+
+def pooled(
+    agents: Sequence[TrainedAgent], rows: Sequence[ComparedAgent]
+) -> tuple[PooledTrainings, ...]:
+    """Trainings that differ in nothing but the seed, two of them or more; of a seed the first one.
+
+    Args:
+        agents: The agents.
+        rows: How each of them played.
+    """
+    groups: dict[tuple[str, str], dict[int, ComparedAgent]] = {}
+    for agent, row in zip(agents, rows, strict=True):
+        configuration = agent.configuration
+        # Agents that learned longer are others, whatever their entries ask for.
+        entry = configuration.entry() | {"n_timesteps": agent.card.steps}
+        group = groups.setdefault((configuration.algorithm, repr(sorted(entry.items()))), {})
+        group.setdefault(agent.card.seed, row)
+    return tuple(
+        PooledTrainings(f"{algorithm}, {len(group)} seeds", tuple(group), tuple(group.values()))
+        for (algorithm, _), group in groups.items()
+        if len(group) > 1
+    )
+
+
+def _by_budget(
+    agents: Sequence[TrainedAgent], budgets: Sequence[int]
+) -> dict[int, list[TrainedAgent]]:
+    """The agents of each budget, the smallest budget first."""
+    found: dict[int, list[TrainedAgent]] = {budget: [] for budget in sorted(budgets)}
+    for agent in agents:
+        enough = [budget for budget in found if budget >= agent.card.steps]
+        if not enough:
+            raise ConfigurationError(
+                f"{agent.name} learned from {agent.card.steps:,} steps, more than the largest of"
+                f" --budgets, {max(budgets):,}: add a larger one, or train one by --steps, with"
+                " rollouts (n_envs x n_steps) that fit into it"
+            )
+        found[enough[0]].append(agent)
+    for budget, own in found.items():
+        if not own:
+            raise ConfigurationError(
+                f"no agent belongs to the budget {budget:,}: train one by `avsec agents train"
+                f" --steps {budget}`, or leave it out of --budgets"
+            )
+    return found
+
+
+def _check_environments(agents: Sequence[TrainedAgent]) -> None:
     configuration = agents[0].configuration
     for other in agents[1:]:
         theirs = other.configuration
@@ -177,65 +215,63 @@ def compare(
                 f"{other.name} and {agents[0].name} are agents of different environments: compare"
                 " them one by one"
             )
-    # Baselines are searched with as many steps as the agents had.
-    budget = max(agent.card.steps for agent in agents) if queries is None else queries
+
+
+def _compared(
+    agents_of: Mapping[int, Sequence[TrainedAgent]],
+    episodes: int,
+    seed: int,
+    on_progress: OnProgress,
+) -> list[AgentComparison]:
+    """A comparison for each budget; scenes and what was computed of them are kept in between."""
+    configuration = next(iter(agents_of.values()))[0].configuration
     env = configuration.env
     held_out = Arena(env, configuration.held_out_kwargs)
     training = Arena(env, configuration.env_kwargs)
     longest = held_out.environment.spec.max_episode_steps or 1  # type: ignore[union-attr]
-    rows_in_all = len(agents) + 1 + _SEARCHES + NUMBER.get(env, 0)
-    meter = _Meter(_SEARCHES * budget + rows_in_all * episodes * longest, on_progress)
+    # Each baseline plays as many training episodes as held-out ones.
+    total = sum(
+        SEARCHES * budget + (len(agents) + 2 * number_of_baselines(env)) * episodes * longest
+        for budget, agents in agents_of.items()
+    )
+    meter = _Meter(total, on_progress)
 
-    def judged(name: str, kind: str, act: Act, spent: int) -> ComparedAgent:
-        played = held_out.play(
-            act, range(seed, seed + episodes), lambda episodes: meter(episodes * longest)
-        )
-        return ComparedAgent(name, kind, played, spent)
+    def played_in(arena: Arena, act: Act, seeds: range) -> Played:
+        return arena.play(act, seeds, lambda ended: meter(ended * longest))
 
-    # All play the same episodes, the agents first.
-    rows = [judged(agent.name, "agent", _of(agent), agent.card.steps) for agent in agents]
-    rows += [
-        judged(name, "baseline", act, spent)
-        for name, act, spent in (
-            *_searched(agents[0], training, budget, seed, meter),
-            *rules_of(env, training, held_out, budget),
-        )
-    ]
+    own, chosen = range(seed, seed + episodes), choice_seeds(seed, episodes)
+    found = []
+    for budget, agents in agents_of.items():
+        # All play the same episodes, the agents first.
+        rows = [
+            ComparedAgent(agent.name, played_in(held_out, _of(agent), own), agent.card.steps)
+            for agent in agents
+        ]
+        pools = pooled(agents, rows)
+        rows += [
+            ComparedAgent(
+                baseline.name,
+                played_in(held_out, baseline.act_in(held_out), own),
+                baseline.queries,
+                played_in(training, baseline.act_in(training), chosen),
+            )
+            for baseline in baselines_of(agents[0], training, budget, seed, meter)
+        ]
+        found.append(AgentComparison(env, budget, rows, pools))
     for arena in (held_out, training):
         arena.close()
-    return AgentComparison(env, rows)
+    return found
 
 
 class _Meter:
     """Adds steps up."""
 
-    def __init__(self, total: int, shown: Callable[[int, int], None]) -> None:
+    def __init__(self, total: int, shown: OnProgress) -> None:
         self._done, self._total, self._shown = 0, total, shown
 
     def __call__(self, steps: int) -> None:
         self._done = min(self._done + steps, self._total)
         self._shown(self._done, self._total)
-
-
-def _searched(
-    agent: TrainedAgent, training: Arena, steps: int, seed: int, meter: Callable[[int], None]
-) -> Iterator[tuple[str, Act, int]]:
-    """Name, rule, and environment steps that finding it took."""
-    space = training.environment.action_space
-    yield "random actions", random_actions(space, seed), 0
-    for by_intention in (False, True):
-        budget = SearchBudget(training, steps, seed, meter, first_query=True)
-        act = best_constant(budget, space, by_intention=by_intention)
-        yield f"constant{', by intention' if by_intention else ''}", act, budget.spent
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
-        policy = make_policy(agent.configuration, training.environment)
-    for name, search in (
-        ("random search of the network", random_parameters),
-        ("CMA-ES of the network", evolved_parameters),
-    ):
-        budget = SearchBudget(training, steps, seed, meter)
-        yield name, search(budget, policy), budget.spent
 
 
 def _of(agent: TrainedAgent) -> Act:

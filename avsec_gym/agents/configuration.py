@@ -81,17 +81,31 @@ class AgentConfiguration:
         return own | facts["arguments"]
 
 
-def shipped_configurations() -> dict[str, tuple[str, ...]]:
-    """The algorithms that each environment has a shipped entry for."""
-    files = {path.stem: read_yaml(path, remedy=_REMEDY) for path in _shipped_files()}
+def shipped_configurations(variant: str | None = None) -> dict[str, tuple[str, ...]]:
+    """The algorithms that each environment has a shipped entry for.
+
+    Args:
+        variant: One of `shipped_variants`; None: the usual entries.
+    """
+    files = {
+        name: read_yaml(path, remedy=_REMEDY) for name, path in _shipped_files(variant).items()
+    }
     return {
         entry.id: tuple(name for name, there in files.items() if entry.id in there)
         for entry in CATALOGUE
     }
 
 
+def shipped_variants() -> tuple[str, ...]:
+    """The names of other games with the same environments, such as ``images`` and ``defender``.
+
+    The entries of a variant stand in ``ALGORITHM.VARIANT.yml``.
+    """
+    return tuple(sorted({path.stem.partition(".")[2] for path in HYPERPARAMETERS.glob("*.*.yml")}))
+
+
 def configuration_of(
-    env: str, algorithm: str, path: str | Path | None = None
+    env: str, algorithm: str, path: str | Path | None = None, variant: str | None = None
 ) -> AgentConfiguration:
     """The entry of an environment.
 
@@ -99,9 +113,11 @@ def configuration_of(
         env: The environment's id; ``avsec/`` may be left out.
         algorithm: One of `ALGORITHMS`.
         path: The user's file; None: the shipped one.
+        variant: One of `shipped_variants`, in place of a file; None: the usual entry.
 
     Raises:
-        ConfigurationError: There is no such environment or algorithm, or none is shipped.
+        ConfigurationError: There is no such environment, algorithm or variant, none is shipped, or
+            both a file and a variant are named.
         DataError: The file is damaged, lacks the environment, or has an entry that does not fit.
     """
     env = known_environment(env)
@@ -109,13 +125,9 @@ def configuration_of(
         raise ConfigurationError(
             unknown_name(f"there is no algorithm {algorithm}", algorithm, ALGORITHMS)
         )
-    place = HYPERPARAMETERS / f"{algorithm}.yml" if path is None else Path(path)
-    if path is None and not is_file(place):
-        shipped = [each.stem for each in _shipped_files()]
-        raise ConfigurationError(
-            f"no configuration of {algorithm} is shipped: name a file with --config, or take one of"
-            f" {', '.join(shipped)}"
-        )
+    place = _shipped_file(algorithm, variant) if path is None else Path(path)
+    if path is not None and variant is not None:
+        raise ConfigurationError("--config and --variant exclude each other: give one of them")
     entries = read_yaml(place, remedy=_REMEDY)
     if env not in entries:
         raise DataError(
@@ -220,5 +232,27 @@ def _count(entry: Mapping[str, Any], name: str, usual: int | None, most: int) ->
     return value
 
 
-def _shipped_files() -> list[Path]:
-    return sorted(HYPERPARAMETERS.glob("*.yml"))
+def _shipped_file(algorithm: str, variant: str | None) -> Path:
+    """The package's file of an algorithm.
+
+    Raises:
+        ConfigurationError: There is no such variant, or none of this algorithm.
+    """
+    if variant is not None and variant not in shipped_variants():
+        raise ConfigurationError(
+            unknown_name(f"there is no variant {variant}", variant, shipped_variants())
+        )
+    files = _shipped_files(variant)
+    if algorithm not in files:
+        raise ConfigurationError(
+            f"no configuration of {algorithm} is shipped: name a file with --config, or take one of"
+            f" {', '.join(files)}"
+        )
+    return files[algorithm]
+
+
+def _shipped_files(variant: str | None = None) -> dict[str, Path]:
+    """The package's files by algorithm."""
+    own = "" if variant is None else f".{variant}"
+    paths = {name: HYPERPARAMETERS / f"{name}{own}.yml" for name in sorted(ALGORITHMS)}
+    return {name: path for name, path in paths.items() if is_file(path)}

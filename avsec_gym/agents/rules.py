@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from avsec_gym.agents.arena import Act, Arena
+from avsec_gym.agents.arena import Act, Arena, Baseline
 
 _MOST_EPISODES = 1200
 """Training episodes that points are searched on, each of ten thousand: more would take hours."""
@@ -17,22 +18,20 @@ NUMBER = {"avsec/GhostObject-v1": 6, "avsec/ClosedLoop-v0": 2}
 """How many rules an environment has, where it has some."""
 
 
-def rules_of(
-    env: str, training: Arena, held_out: Arena, steps: int
-) -> Iterator[tuple[str, Act, int]]:
-    """The rules that are known for an environment: name, rule, steps that choosing it took.
+def rules_of(env: str, training: Arena, steps: int) -> Iterator[Baseline]:
+    """The rules that are known for an environment.
 
     Args:
         env: The environment's id.
         training: Where rules are chosen.
-        held_out: Where they are to act.
         steps: Environment steps that choosing them may take.
     """
     if env == "avsec/GhostObject-v1":
-        yield from _place_rules(training, steps)
+        for name, act, spent in _place_rules(training, steps):
+            yield Baseline.everywhere(name, act, spent)
     if env == "avsec/ClosedLoop-v0":
-        yield "the planner", _driven(held_out, "planner"), 0
-        yield "highway-env's IDM", _driven(held_out, "idm"), 0
+        yield Baseline("the planner", partial(_driven, name="planner"), 0)
+        yield Baseline("highway-env's IDM", partial(_driven, name="idm"), 0)
 
 
 def _place_rules(training: Arena, steps: int) -> Iterator[tuple[str, Act, int]]:

@@ -75,14 +75,38 @@ class SearchBudget:
 
     def played(self, act: Act) -> Played:
         """The training episodes of `tried`."""
-        # Seeds of training episodes: far from those of the held-out ones, which begin at 0.
         most = 1 if self.first_query else None
-        first = 1_000_000 * (1 + self.seed)
+        first = first_training_seed(self.seed)
         played = self.arena.play(act, range(first, first + self.trials), most_steps=most)
         taken = int(played.steps.sum())
         self.spent, self.dearest = self.spent + taken, max(self.dearest, taken)
         self.on_steps(taken)
         return played
+
+
+def first_training_seed(seed: int) -> int:
+    """The seed of a search's first training episode.
+
+    Far from those of the held-out ones, which begin at 0.
+
+    Args:
+        seed: The seed of the search.
+    """
+    return 1_000_000 * (1 + seed)
+
+
+def choice_seeds(seed: int, episodes: int) -> range:
+    """Seeds of the training episodes in which the best baseline is chosen.
+
+    None is one of those that candidates are tried on: there the searched ones look better than
+    they are.
+
+    Args:
+        seed: The seed of the searches.
+        episodes: Number of episodes.
+    """
+    first = first_training_seed(seed) + _TRIALS
+    return range(first, first + episodes)
 
 
 def best_constant(budget: SearchBudget, space: gym.Space[Any], *, by_intention: bool) -> Act:

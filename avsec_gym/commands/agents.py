@@ -34,6 +34,10 @@ class AgentsTrain:
     """How it learns; tqc and trpo are sb3-contrib's."""
     config: Path | None = None
     """A file in rl-zoo3's YAML form with an entry for the environment.  Default: the package's."""
+    variant: str | None = None
+    """Which other game of the package's configurations: images (policies that see the camera's
+    image), defender (a driver under attack) or low_frequency (perturbations of long waves).
+    Default: the usual one."""
     steps: int | None = None
     """Environment steps to learn from, all sittings together.  Default: the entry's n_timesteps."""
     minutes: float | None = None
@@ -58,7 +62,7 @@ class AgentsTrain:
         from avsec_gym.agents.training import TrainingSitting, train_agent
 
         self._check()
-        configuration = configuration_of(self.env, self.algo, self.config)
+        configuration = configuration_of(self.env, self.algo, self.config, self.variant)
         steps = configuration.n_timesteps if self.steps is None else self.steps
         sitting = TrainingSitting(steps, self.minutes, self.resume, self.threads)
         with console.progress("training") as shown:
@@ -90,7 +94,8 @@ class AgentsEvaluate:
 
     Baselines are searched in the training scenes with as many environment steps as the agent
     learned from: the best constant, one for each driving intention, random search and CMA-ES of the
-    agent's own network, and the environment's own rules.
+    agent's own network, and the environment's own rules.  The best of them is chosen in training
+    episodes.  Trainings that differ in nothing but the seed are judged together, too.
     """
 
     agents: Annotated[tuple[str, ...], tyro.conf.Positional]
@@ -102,28 +107,41 @@ class AgentsEvaluate:
     queries: int | None = None
     """Environment steps to search each baseline with.  Default: as many as the agent learned
     from."""
+    budgets: tuple[int, ...] = ()
+    """Environment steps, such as 256 1024 4096 16384: a comparison for each, with the agents that
+    learned from no more and baselines that are searched with as many.  Default: one comparison."""
     json: bool = False
     """Print the comparison as JSON instead of a table."""
 
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.agents.agent_folder import load_agent
-        from avsec_gym.agents.comparison import compare
+        from avsec_gym.agents.comparison import compare, compare_at_budgets
 
         for name, good in (
             ("queries", self.queries is None or self.queries >= 1),
+            ("budgets", all(budget >= 1 for budget in self.budgets)),
             ("seed", 0 <= self.seed < 2**31),
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
         whole_number("--episodes", self.episodes, 1, _MOST_EPISODES)
+        if self.budgets and self.queries is not None:
+            raise ConfigurationError("--budgets and --queries exclude each other: give one of them")
         agents = [load_agent(place) for place in self.agents]
         with console.progress("searching baselines and playing") as shown:
-            found = compare(agents, self.episodes, self.seed, self.queries, shown)
-        if self.json:
-            console.print_json("agents.evaluate", found.to_json())
+            if self.budgets:
+                found = compare_at_budgets(agents, self.budgets, self.episodes, self.seed, shown)
+            else:
+                found = [compare(agents, self.episodes, self.seed, self.queries, shown)]
+        if not self.json:
+            for comparison in found:
+                _show(comparison)
+        elif self.budgets:
+            rows = [comparison.to_json() for comparison in found]
+            console.print_json("agents.evaluate.budgets", {"env": found[0].env, "budgets": rows})
         else:
-            _show(found)
+            console.print_json("agents.evaluate", found[0].to_json())
         return console.DONE
 
 
@@ -137,18 +155,33 @@ class AgentsList:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.agents.agent_folder import SHIPPED, read_agent_card, shipped_agents
-        from avsec_gym.agents.configuration import shipped_configurations
+        from avsec_gym.agents.configuration import shipped_configurations, shipped_variants
 
         there = shipped_configurations()
+        variants = {
+            name: {env: own for env, own in shipped_configurations(name).items() if own}
+            for name in shipped_variants()
+        }
         cards = {name: read_agent_card(SHIPPED / name) for name in shipped_agents()}
         if self.json:
             shipped: dict[str, Any] = {name: asdict(card) for name, card in cards.items()}
-            console.print_json("agents.list", {"configurations": there, "agents": shipped})
+            console.print_json(
+                "agents.list", {"configurations": there, "variants": variants, "agents": shipped}
+            )
             return console.DONE
         console.print_table(
             "configurations: `avsec agents train ENV --algo ALGO --out DIR`",
             ["environment", "algorithms"],
             [[env, ", ".join(algorithms)] for env, algorithms in there.items()],
+        )
+        console.print_table(
+            "other games: `avsec agents train ENV --algo ALGO --variant VARIANT --out DIR`",
+            ["variant", "environment", "algorithms"],
+            [
+                [name, env, ", ".join(own)]
+                for name, entries in variants.items()
+                for env, own in entries.items()
+            ],
         )
         console.print_table(
             "shipped agents: `avsec agents evaluate NAME`",
@@ -175,8 +208,9 @@ def _sentence(card: AgentCard) -> str:
 def _show(found: AgentComparison) -> None:
     rows = [row.to_json() for row in found.rows]
     console.print_table(
-        f"{found.env}: {rows[0]['episodes']} held-out episodes; % with 95 % intervals",
-        ["who", "queries", "success", "interquartile mean", "reward"],
+        f"{found.env}: {rows[0]['episodes']} held-out episodes, baselines searched with"
+        f" {found.budget:,} steps; % with 95 % intervals",
+        ["who", "queries", "success", "interquartile mean", "reward", "in training, %"],
         [
             [
                 row["name"],
@@ -184,10 +218,14 @@ def _show(found: AgentComparison) -> None:
                 console.percent(row["success_rate"], row["success_interval"]),
                 console.percent(row["interquartile_mean"], row["interquartile_interval"]),
                 f"{row['reward']:.3f}",
+                console.percent(row["training_success_rate"], None),
             ]
             for row in rows
         ],
     )
-    for row in found.rows:
-        if row.kind == "agent":
-            console.print_line(found.answer(row))
+    facts = found.to_json()
+    for judged in (*facts["against_best_baseline"], *facts["pooled"]):
+        chance = console.percent(
+            judged["probability_of_improvement"], judged["probability_of_improvement_interval"]
+        )
+        console.print_line(f"{judged['answer']}; probability of improvement {chance} %")

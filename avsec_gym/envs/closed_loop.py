@@ -58,6 +58,11 @@ REFUSED = {"clean": "thresholds come as a table here, which `avsec validate` mak
 class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     """Drive a car among recorded or reacting traffic, by what it believes.
 
+    **Doing nothing wins often.**  Most of the default drives go straight on: a car that neither
+    accelerates nor brakes nor steers reaches its goal in 63.0 % of 200 episodes, those of the seeds
+    0 to 199 (95 % interval 51.5 to 73.2 %).  A driver is to be held against that figure; on
+    `scenarios="layouts"`, where every intention has a lane, it is 26.5 % (20.7 to 33.3 %).
+
     ## Description
     A car drives for 8 s on a road of highway-env, in traffic that plays recorded tracks or reacts.
     At every step its perception turns what is really there into what it believes; the agent sees

@@ -50,6 +50,10 @@ _ATTACKS = ("paste", "removal")
 class ConnectedValidationEnv(DrawnEnv[Observation]):
     """Name the vehicle whose LiDAR is attacked, from the rays of all vehicles.
 
+    **Naming no vehicle wins half of the episodes.**  By default 50 % of them have no attack
+    (`unattacked=0.5`), and there this constant answer is right; it is right in no other.  A base
+    station is to be held against that figure; `unattacked=0` leaves the constant nothing.
+
     ## Description
     Several vehicles with LiDARs see one place.  At some instants an attacker pastes the scan of a
     real object into one vehicle's scan, or removes an object from it (thesis, chapter 4).  Vehicles

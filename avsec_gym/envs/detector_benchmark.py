@@ -54,6 +54,11 @@ _NOTHING = Perception(Boxes3D.empty(), Boxes3D.empty(), None)
 class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     """Find the objects around the car; it plans on what you report.
 
+    **Reporting nothing wins often.**  In most of the default scenes no object is in the way: a car
+    that believes in none drives safely in 80.2 % of 96 episodes (95 % interval 71.1 to 87.0 %;
+    studies/results/detector_ranking.json).  A detector is to be held against that figure.
+    `scenarios="mixed_contested"` has only scenes in which such a car drives unsafely.
+
     ## Description
     The agent is a stereo 3D detector.  It sees one pair of images with its calibration and reports
     boxes; a car plans a lane change, or to keep its lane, among these boxes with A* over motion

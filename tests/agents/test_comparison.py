@@ -5,9 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.agents.agent_folder import load_agent, shipped_agents
+from avsec_gym.agents.agent_folder import AgentCard, TrainedAgent, load_agent, shipped_agents
 from avsec_gym.agents.arena import Arena, Played
-from avsec_gym.agents.comparison import AgentComparison, ComparedAgent, compare, held_out_result
+from avsec_gym.agents.compared_agent import ComparedAgent
+from avsec_gym.agents.comparison import (
+    AgentComparison,
+    compare,
+    compare_at_budgets,
+    held_out_result,
+    pooled,
+)
+from avsec_gym.agents.configuration import AgentConfiguration
 from avsec_gym.agents.learner import has_batches, single
 from avsec_gym.agents.rules import NUMBER, rules_of
 from avsec_gym.agents.search import SearchBudget, best_constant, evolved, random_actions
@@ -19,14 +27,19 @@ from avsec_gym.metrics.intervals import wilson_interval
 SCENES = {"scenarios": {"name": "layouts", "seed": 0, "count": 8}}
 
 
-def row(
-    name: str, won: np.ndarray, kind: str = "baseline", scenes: np.ndarray | None = None
-) -> ComparedAgent:
+def played(won: np.ndarray, scenes: np.ndarray | None = None) -> Played:
     """Each episode in a scene of its own, if no scenes are given."""
     count = len(won)
     of = np.arange(count).astype(str) if scenes is None else scenes
-    played = Played(won, won - 0.04, np.ones(count, int), np.full(count, "left"), of)
-    return ComparedAgent(name, kind, played, 5)
+    return Played(won, won - 0.04, np.ones(count, int), np.full(count, "left"), of)
+
+
+def row(
+    name: str, won: np.ndarray, kind: str = "baseline", scenes: np.ndarray | None = None
+) -> ComparedAgent:
+    """A baseline wins in training as it does in the held-out episodes."""
+    own = played(won, scenes)
+    return ComparedAgent(name, own, 5, own if kind == "baseline" else None)
 
 
 def test_an_episode_is_the_same_alone_and_in_a_batch() -> None:
@@ -82,7 +95,7 @@ def test_who_wins_is_said_by_the_paired_interval() -> None:
     better, worse = other | (generator.random(200) < 0.3), other & (generator.random(200) < 0.3)
     said = {"wins against the best": better, "wins against agent": worse, "undecided": other}
     for word, agent in said.items():
-        found = AgentComparison("x", [row("agent", agent, "agent"), row("b", other)])
+        found = AgentComparison("x", 5, [row("agent", agent, "agent"), row("b", other)])
         assert word in found.answer(found.rows[0])
     facts = row("b", other).to_json()
     blocks = other.reshape(10, 20).mean(axis=1)
@@ -97,13 +110,82 @@ def test_episodes_of_one_scene_count_less() -> None:
     ten, one = np.repeat(np.arange(10), 6).astype(str), np.full(60, "one")
     agent, other = row("agent", won, "agent", ten), row("b", lost, scenes=ten)
     assert agent.to_json()["success_interval"] == pytest.approx(wilson_interval(7, 10))
-    found = AgentComparison("x", [agent, other])
+    found = AgentComparison("x", 5, [agent, other])
     low, high = found.against_best(agent).interval or (0.0, 0.0)
     assert high - low > 0.4
     assert found.to_json()["against_best_baseline"][0]["mcnemar_p"] is None
     agent, other = row("agent", won, "agent", one), row("b", lost, scenes=one)
-    answer = AgentComparison("x", [agent, other]).answer(agent)
+    answer = AgentComparison("x", 5, [agent, other]).answer(agent)
     assert answer.startswith("one scene does not tell agent and b apart: +70.0")
+
+
+def test_the_best_baseline_is_chosen_in_training_episodes() -> None:
+    """One that is lucky in the held-out episodes is not the one to beat."""
+    often, seldom = np.arange(100) < 60, np.arange(100) < 20
+    lucky = ComparedAgent("lucky", played(often), 5, played(seldom))
+    sound = ComparedAgent("sound", played(seldom), 5, played(often))
+    agent = row("agent", often, "agent")
+    found = AgentComparison("x", 5, [agent, lucky, sound])
+    assert found.best_baseline is sound
+    assert "wins against the best baseline, sound: +40.0" in found.answer(agent)
+    facts = found.to_json()
+    assert facts["best_baseline"] == "sound"
+    rates = [each["training_success_rate"] for each in facts["rows"]]
+    assert rates == [None, pytest.approx(0.2), pytest.approx(0.6)]
+
+
+def agent(name: str, seed: int, steps: int = 32, algorithm: str = "ppo") -> TrainedAgent:
+    configuration = AgentConfiguration("avsec/GhostObject-v0", algorithm, 10_000, env_kwargs=SCENES)
+    facts = ("avsec/GhostObject-v0", SCENES, {}, algorithm, seed, steps, 1.0, True, 1, "")
+    return TrainedAgent(name, configuration, AgentCard(*facts), None)
+
+
+def test_trainings_that_differ_in_the_seed_alone_are_pooled() -> None:
+    agents = [
+        agent("a", 0), agent("b", 1), agent("again", 1),
+        agent("longer", 2, 64), agent("other", 3, algorithm="a2c"),
+    ]  # fmt: skip
+    found = pooled(agents, [row(each.name, np.ones(40, bool), "agent") for each in agents])
+    assert [(pool.name, pool.seeds) for pool in found] == [("ppo, 2 seeds", (0, 1))]
+    assert [own.name for own in found[0].rows] == ["a", "b"]
+
+
+@pytest.mark.parametrize(
+    ("rates", "said"),
+    [
+        ((0.7, 0.8), "wins against the best baseline, b: interquartile mean"),
+        ((0.1, 0.2), "b wins against ppo, 2 seeds: interquartile mean"),
+        ((0.4, 0.6), "undecided between ppo, 2 seeds, and the best baseline, b"),
+    ],
+)
+def test_pooled_seeds_are_judged_by_intervals_that_are_apart(
+    rates: tuple[float, ...], said: str
+) -> None:
+    generator = np.random.default_rng(0)
+    rows = [row(f"seed {i}", generator.random(400) < rate, "agent") for i, rate in enumerate(rates)]
+    best = row("b", generator.random(400) < 0.5)
+    pools = pooled([agent("seed 0", 0), agent("seed 1", 1)], rows)
+    found = AgentComparison("x", 5, [*rows, best], pools).to_json()
+    (pool,) = found["pooled"]
+    assert said in pool["answer"]
+    scores = np.concatenate([own.scores for own in rows])
+    assert len(scores) == 40
+    assert pool["interquartile_mean"] == pytest.approx(float(interquartile_mean(scores)))
+    # The pool's difference is the mean of those of its trainings.
+    alone = [each["difference"] for each in found["against_best_baseline"]]
+    assert pool["difference"] == pytest.approx(np.mean(alone))
+    chances = [each["probability_of_improvement"] for each in found["against_best_baseline"]]
+    assert pool["probability_of_improvement"] == pytest.approx(np.mean(chances))
+
+
+@pytest.mark.parametrize(
+    ("budgets", "problem"),
+    [([16], "small learned from 32 steps, more than"), ([40, 100], "no agent belongs to .* 100")],
+)
+def test_budgets_that_do_not_fit_the_agents_are_refused(budgets: list[int], problem: str) -> None:
+    with pytest.raises(ConfigurationError, match=problem) as error:
+        compare_at_budgets([agent("small", 0)], budgets, 10, 0)
+    assert "--budgets" in str(error.value)
 
 
 @pytest.mark.slow
@@ -147,11 +229,11 @@ def test_the_drivers_that_are_rules_drive_many_as_they_drive_one() -> None:
     id, drives = "avsec/ClosedLoop-v0", {"scenarios": {"source": "layouts", "count": 6}}
     arena = Arena(id, drives)
     assert has_batches(id, drives)
-    rules = list(rules_of(id, arena, arena, 0))
+    rules = list(rules_of(id, arena, 0))
     assert len(rules) == NUMBER[id] == 2
-    for (_, act, steps), name in zip(rules, ("planner", "idm"), strict=True):
-        assert steps == 0
-        played = arena.play(act, range(4))
+    for rule, name in zip(rules, ("planner", "idm"), strict=True):
+        assert rule.queries == 0
+        together = arena.play(rule.act_in(arena), range(4))
         env = single(id, drives)
         driver = driver_of(name, env)
         for seed in range(4):
@@ -161,7 +243,7 @@ def test_the_drivers_that_are_rules_drive_many_as_they_drive_one() -> None:
                 action, _ = driver.predict(seen, deterministic=True)
                 seen, reward, terminated, truncated, _ = env.step(action)
                 total, ended = total + float(reward), terminated or truncated
-            assert played.reward[seed] == pytest.approx(total, abs=1e-5)
+            assert together.reward[seed] == pytest.approx(total, abs=1e-5)
 
 
 @pytest.mark.parametrize("id", ["avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"])
@@ -172,8 +254,8 @@ def test_what_a_batch_refuses_is_played_alone(id: str) -> None:
     reacting = drives | {"traffic": "reacting"}
     assert not has_batches(id, reacting)
     size = single(id, reacting).action_space.shape or ()
-    played = Arena(id, reacting).play(lambda seen, ways: np.zeros((len(ways), *size)), range(2))
-    assert len(played.steps) == 2
-    assert played.steps.max() <= 10
+    alone = Arena(id, reacting).play(lambda seen, ways: np.zeros((len(ways), *size)), range(2))
+    assert len(alone.steps) == 2
+    assert alone.steps.max() <= 10
     with pytest.raises(ConfigurationError, match="traffic"):
         Arena(id, drives | {"traffic": "raecting"}).play(lambda seen, ways: None, range(2))

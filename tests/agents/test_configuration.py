@@ -8,7 +8,11 @@ import pytest
 from torch import nn
 
 from avsec_gym.agents.algorithms import plain_arguments
-from avsec_gym.agents.configuration import configuration_of, shipped_configurations
+from avsec_gym.agents.configuration import (
+    configuration_of,
+    shipped_configurations,
+    shipped_variants,
+)
 from avsec_gym.agents.yaml_files import read_yaml
 from avsec_gym.errors import ConfigurationError, DataError
 
@@ -45,10 +49,41 @@ def test_a_file_of_rl_zoo3_is_understood(tmp_path: Path) -> None:
 def test_every_environment_has_a_shipped_configuration() -> None:
     for env, algorithms in shipped_configurations().items():
         assert "ppo" in algorithms, env
-        for algorithm in algorithms:
-            own = configuration_of(env, algorithm)
-            scenes = own.env_kwargs["scenarios"]
-            assert scenes != own.held_out_kwargs["scenarios"], env
+
+
+@pytest.mark.parametrize("variant", [None, *shipped_variants()])
+def test_shipped_entries_are_judged_in_other_scenes_than_they_learn_in(variant: str | None) -> None:
+    entries = [
+        (env, own) for env, all_of in shipped_configurations(variant).items() for own in all_of
+    ]
+    assert entries
+    for env, algorithm in entries:
+        own = configuration_of(env, algorithm, variant=variant)
+        assert own.env_kwargs["scenarios"] != own.held_out_kwargs["scenarios"], (env, algorithm)
+
+
+def test_a_defender_drives_by_an_attacked_detector_s_errors() -> None:
+    from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
+
+    for algorithm in ("ppo", "sac"):
+        perception = configuration_of(
+            "ClosedLoop-v0", algorithm, variant="defender"
+        ).held_out_kwargs["perception"]
+        assert perception["name"] == "error_model"
+        detector, _, attack = perception["model"].partition("_")
+        assert attack
+        assert {detector, perception["model"]} <= set(shipped_error_models())
+
+
+def test_variants_that_there_are_not(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match='Did you mean "images"'):
+        configuration_of("PatchAttack-v0", "ppo", variant="image")
+    with pytest.raises(ConfigurationError, match="take one of ppo, sac"):
+        configuration_of("PatchAttack-v0", "a2c", variant="images")
+    with pytest.raises(DataError, match="no entry avsec/GhostObject-v1"):
+        configuration_of("GhostObject-v1", "ppo", variant="images")
+    with pytest.raises(ConfigurationError, match="--config and --variant"):
+        configuration_of("GhostObject-v1", "ppo", written(tmp_path, ENTRY), "images")
 
 
 @pytest.mark.parametrize(

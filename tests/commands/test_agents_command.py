@@ -43,19 +43,57 @@ def test_trained_gone_on_with_and_judged(
     assert found["rows"][0]["kind"] == "agent"
     assert len(found["rows"]) == 12
     assert found["against_best_baseline"][0]["agent"] == str(out)
+    assert (found["budget"], found["pooled"]) == (300, [])
     assert run(judge) == 0
     shown = capsys.readouterr().out
     assert "interquartile mean" in shown
     assert " points (" in shown
 
 
+def test_seeds_are_pooled_at_each_budget(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "mine.yml"
+    config.write_text(CONFIG)
+    outs = {}
+    for steps, seed in ((32, 0), (32, 1), (64, 0)):
+        out = outs[steps, seed] = str(tmp_path / f"{steps}_{seed}")
+        train = ["agents", "train", "GhostObject-v1", "--config", str(config), "--out", out]
+        assert run([*train, "--steps", str(steps), "--seed", str(seed), "--episodes", "0"]) == 0
+    judge = ["agents", "evaluate", *outs.values(), "--episodes", "40", "--budgets", "64", "40"]
+    capsys.readouterr()
+    assert run([*judge, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["schema"] == "avsec.agents.evaluate.budgets/1"
+    small, large = found["budgets"]
+    assert (small["budget"], large["budget"]) == (40, 64)
+    assert all(row["queries"] <= 40 for row in small["rows"])
+    agents = [
+        [row["name"] for row in each["rows"] if row["kind"] == "agent"] for each in (small, large)
+    ]
+    assert agents == [[outs[32, 0], outs[32, 1]], [outs[64, 0]]]
+    assert [pool["seeds"] for pool in small["pooled"]] == [[0, 1]]
+    assert large["pooled"] == []
+    assert run(judge) == 0
+    shown = capsys.readouterr().out
+    assert "searched with 40 steps" in shown
+    assert "probability of improvement" in shown
+    assert run([*judge, "--queries", "5"]) == 2
+    assert "--budgets and --queries" in capsys.readouterr().err
+    assert run([*judge[:-2], "0"]) == 2
+    assert "--budgets" in capsys.readouterr().err
+
+
 def test_what_there_is_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["agents", "list", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert "ppo" in found["configurations"]["avsec/ClosedLoop-v0"]
+    assert found["variants"]["defender"] == {"avsec/ClosedLoop-v0": ["ppo", "sac"]}
     assert found["agents"]["ghost_place"]["env"] == "avsec/GhostObject-v1"
     assert run(["agents", "list"]) == 0
-    assert "ghost_place" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "ghost_place" in shown
+    assert "defender" in shown
 
 
 @pytest.mark.parametrize("option", ["--steps 0", "--minutes 0", "--seed -1", "--episodes -1"])

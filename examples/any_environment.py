@@ -1,0 +1,39 @@
+"""PPO of stable-baselines3 in any environment of the catalogue, in fifteen lines; prints JSON.
+
+python examples/any_environment.py avsec/GhostObject-v1 [--steps 2048] [--arguments JSON]
+
+Without an id it takes one after the other.  Those with images render their scenes on first use.
+"""
+
+import argparse
+import json
+
+import gymnasium as gym
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.evaluation import evaluate_policy
+
+import avsec_gym
+
+gym.register_envs(avsec_gym)
+IDS = [id for id in gym.registry if id.startswith("avsec/")]
+NO_IMAGES = {"avsec/DetectorBenchmark-v0": {"observation": "features"}}
+
+
+def learned(id: str, steps: int, arguments: dict) -> dict[str, float | str]:
+    """Train, and play ten episodes; the mean reward."""
+    env = make_vec_env(id, seed=0, env_kwargs=NO_IMAGES.get(id, {}) | arguments)
+    model = PPO("MlpPolicy", env, n_steps=min(steps, 256), batch_size=min(steps, 64), seed=0)
+    model.learn(steps)
+    reward, spread = evaluate_policy(model, env, n_eval_episodes=10)
+    return {"environment": id, "reward": float(reward), "spread": float(spread)}
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("ids", nargs="*", metavar="ID", default=IDS)
+    parser.add_argument("--steps", type=int, default=2048, help="of training")
+    parser.add_argument("--arguments", type=json.loads, default={}, help="of the environment")
+    given = parser.parse_args()
+    for id in given.ids:
+        print(json.dumps(learned(id, given.steps, given.arguments)), flush=True)
