@@ -3,7 +3,6 @@
     python benchmarks/ghost_places.py                             # procedural layouts
     python benchmarks/ghost_places.py --scenarios SCENARIOS       # and on labelled scenarios
     python benchmarks/ghost_places.py --agents 0 --episodes 200   # rules alone, smaller
-    python benchmarks/ghost_places.py --table studies/results/ghost_attacker.json   # as in docs/
 
 Rules are chosen on training layouts, with 5,000 evaluations each where there is something to
 search, and judged on held-out ones, as PPO agents are.  An evaluation is the success of one rule
@@ -131,37 +130,6 @@ def version_0(scenarios: Any, count: int) -> dict[str, Any]:
     }
 
 
-ROWS = {
-    "a place at random": "random",
-    "the best constant": "constant",
-    "the best constant for each intention": "constant_by_intention",
-    "the nearest place": "nearest",
-    "the place nearest to the goal": "nearest_to_goal",
-    "the place nearest to a point, searched": "point",
-    "the same, a point for each intention": "point_by_intention",
-    "the place with the most room": "most_room",
-    "a score for each spot, fitted": "spot_table",
-    "PPO, {training_steps:,} steps, {agents} seeds": "ppo",
-    "all places tried": "oracle",
-}
-"""Rows of `table`: what an attacker is called there, and in the results."""
-
-
-def table(result: dict[str, Any]) -> str:
-    """Success on both sets, in Markdown, as docs/environments.md shows it."""
-    sets = [result["v1"][name] for name in ("layouts", "safety_scenarios")]
-    lines = ["| attacker | held-out layouts | labelled scenarios |", "|---|---|---|"]
-    for title, name in ROWS.items():
-        found = [own.get(name) or own["rules"][name] for own in sets]
-        cells = [
-            f"{100 * each['success_rate']:.1f} %"
-            f" ({100 * each['interval'][0]:.0f}–{100 * each['interval'][1]:.0f})"
-            for each in found
-        ]
-        lines.append(f"| {title.format(**result)} | {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--episodes", type=int, default=1200, help="to search on, and to judge by")
@@ -169,11 +137,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=80_000, help="training steps of each")
     parser.add_argument("--jobs", type=int, default=3, help="agents that learn at once")
     parser.add_argument("--scenarios", help="a scenario set to judge by, beside layouts")
-    parser.add_argument("--table", type=Path, help="print the table of these results instead")
     options = parser.parse_args()
-    if options.table is not None:
-        print(table(json.loads(options.table.read_text())))
-        return
     gym.register_envs(avsec_gym)
     torch.set_num_threads(1)
     sets: dict[str, Any] = {"layouts": HELD_OUT}

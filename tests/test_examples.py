@@ -93,11 +93,3 @@ def test_the_readmes_python_runs() -> None:
     assert len(blocks) == 2
     for block in blocks:
         subprocess.run([sys.executable, "-c", block], check=True, capture_output=True)
-
-
-def test_the_table_of_attackers_is_that_of_the_results() -> None:
-    root = EXAMPLES.parent
-    command = [sys.executable, str(root / "benchmarks/ghost_places.py")]
-    command += ["--table", str(root / "studies/results/ghost_attacker.json")]
-    table = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    assert table in (root / "docs/environments.md").read_text()

@@ -57,7 +57,7 @@ def _named(what: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Name and arguments, both known."""
     arguments: dict[str, Any] = {"name": what} if isinstance(what, str) else dict(what)
     name = arguments.pop("name", None)
-    if name not in _ARGUMENTS:
+    if not isinstance(name, str) or name not in _ARGUMENTS:
         raise ConfigurationError(
             unknown_name(f"there is no driver named {name!r}", str(name), _ARGUMENTS)
         )

@@ -148,8 +148,9 @@ def tolerance_threshold(
         ConfigurationError: No values, or an argument cannot be.
 
     Example:
-        >>> tolerance_threshold([0.1, 0.3, 0.2], ["a", "b", "b"], 0.01)
-        ToleranceThreshold(value=0.3, clusters=2, above=0, vouched=0.7763932022500211, fewest=299)
+        >>> found = tolerance_threshold([0.1, 0.3, 0.2], ["a", "b", "b"], 0.01)
+        >>> found.value, found.clusters, found.above, round(found.vouched, 6), found.fewest
+        (0.3, 2, 0, 0.776393, 299)
     """
     names, cluster = np.unique(np.asarray(clusters, str), return_inverse=True)
     n = _counts(len(names), 0)[0]

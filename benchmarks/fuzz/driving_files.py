@@ -102,9 +102,10 @@ def read_drives(folder: Path) -> Any:
     """As `avsec drive --resume` does: the table, the page with its strips, the clip."""
     from avsec_gym.drawing.film_strip import clip, gif
     from avsec_gym.drives.drive_folder import DriveFolder
+    from avsec_gym.drives.scene_figures import shown_drives
     from avsec_gym.drives.summary import summaries
     from avsec_gym.drives.telling import by_scene
-    from avsec_gym.report.drives_page import drives_page, shown_drives
+    from avsec_gym.report.drives_page import drives_page
 
     found = DriveFolder(folder, _RECORD)
     summary = summaries(found.rows.values(), ["truth", "blind"])

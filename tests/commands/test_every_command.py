@@ -287,12 +287,15 @@ PLACES: dict[str, dict[str, str]] = {
         "--thresholds": "--kitti {labels}",
         "--likelihood": "--kitti {labels}",
     },
-    "connected": {"--data": "", "--constants": ""},
+    "connected": {"--data": "", "--constants": "", "--model": "--method learned"},
     "experiments": {"--scenarios": "unattacked"},
     "run": {"--scenarios": "unattacked --out {out}"},
     "report": {"": ""},
     "benchmark board": {"": ""},
-    "benchmark detector": {"--error-model": "oracle --out {out}"},
+    "benchmark detector": {
+        "--error-model": "oracle --out {out}",
+        "--labels": "{labels} --out {out}",
+    },
     "benchmark attack": {"--error-model": "fgsm --out {out}"},
     "plan": {"": "", "--primitives": "{problem}"},
     "drive": {"--scenarios": "--out {out}", "--error-model": "--out {out}"},
@@ -329,7 +332,7 @@ PLACES: dict[str, dict[str, str]] = {
     "weights calibrate": {"": "--kitti {labels}", "--kitti": "{weights}"},
 }
 """By command and option, what else makes a whole command; ``""`` is its positional argument."""
-WRITTEN = {"out", "fit", "pictures", "figure", "markdown", "cache"}
+WRITTEN = {"out", "fit", "pictures", "figure", "markdown", "cache", "rrd"}
 """Fields that name what a command writes."""
 NAME_OR_PLACE = {"scenarios", "agents", "error_model"}
 """Fields that are a name or a place, and so no paths."""
@@ -421,6 +424,8 @@ BOUNDED = {
     "cameras": "no data has such a camera",
     "sweep": "there are no more thresholds than scores",
     "steps": "trainings are stopped, and go on",
+    "sequence": "there are no more instants than the data has",
+    "budgets": "searches are shown with their remaining time",
     "queries": "searches are shown with their remaining time",
     "node_limit": "--time-limit ends a search",
 }

@@ -132,7 +132,7 @@ EVERY = [
     if point is not None
 ]
 OWN = {
-    "scenarios": {"layouts", "raw", "connected"},
+    "scenarios": {"layouts", "raw", "connected", "drives"},
     "detector": {"scan_obstacles", None},
     "attack": {"thesis"},
     "motion": {"truth"},
