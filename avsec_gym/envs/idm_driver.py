@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from highway_env.road.road import Road
 from highway_env.vehicle.behavior import IDMVehicle
-from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.relative_poses import seen_from
@@ -17,9 +15,8 @@ from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
 from avsec_gym.closed_loop.road_network import network_of
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.closed_loop.vehicles import MOST_ACCELERATION
+from avsec_gym.envs.belief_driver import BeliefDriver
 from avsec_gym.envs.closed_loop_observation import believed_vehicles
-from avsec_gym.envs.driving_actions import driving_action
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
@@ -30,7 +27,7 @@ _LEAST_AHEAD, _SECONDS_AHEAD = 6.0, 1.2
 """Metres, and seconds of driving, that the point that is steered to lies ahead."""
 
 
-class IdmDriver:
+class IdmDriver(BeliefDriver):
     """The Intelligent Driver Model drives `avsec/ClosedLoop-v0` on what the car believes.
 
     IDM (Treiber et al. 2000), with highway-env's constants, keeps the distance to what is believed
@@ -48,6 +45,7 @@ class IdmDriver:
         ConfigurationError: The environment's actions are not continuous.
 
     Example:
+        >>> import gymnasium as gym
         >>> env = gym.make("avsec_gym:avsec/ClosedLoop-v0")
         >>> driver = IdmDriver(env)
         >>> observation, _ = env.reset(seed=0)
@@ -56,39 +54,14 @@ class IdmDriver:
         (2,)
     """
 
-    def __init__(self, environment: gym.Env[Any, Any]) -> None:
-        played: Any = environment.unwrapped
-        self._environment = played
-        if played.action_ranges is None:
-            raise ConfigurationError("IDM drives by continuous actions")
-        self._drive: Any = None
-        self._wheel: _Wheel
+    def begin(self) -> None:
+        """A new drive has begun."""
+        self._wheel = _Wheel(self.played.scene, self.played.intention, self.played.state)
 
-    def predict(
-        self,
-        observation: Any,
-        state: Any = None,
-        episode_start: Any = None,
-        deterministic: bool = True,
-    ) -> tuple[NDArray[np.float32], Any]:
-        """The action at the present instant of the drive.
-
-        Args:
-            observation: One, or a batch of one; the belief is read from the environment.
-            state: Handed through.
-            episode_start: Not used: a new drive is recognised by itself.
-            deterministic: It always is.
-
-        Returns:
-            Actions in [-1, 1], shape (2,) or (1, 2), and the state.
-        """
-        played = self._environment
-        if self._drive is not played.drive:
-            self._drive = played.drive
-            self._wheel = _Wheel(played.scene, played.intention, played.state)
-        wanted = self._wheel.controls(played.state, played.belief, played.elapsed)
-        action = driving_action(wanted, played.action_ranges)
-        return action.reshape(*np.shape(observation)[:-1], 2), state
+    def controls(self) -> tuple[float, float]:
+        """Those of IDM and of pure pursuit."""
+        played = self.played
+        return self._wheel.controls(played.state, played.belief, played.elapsed)
 
 
 class _Wheel:

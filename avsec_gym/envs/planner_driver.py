@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.planner_policy import REPLANNING, PlannerPolicy
+from avsec_gym.envs.belief_driver import BeliefDriver
 from avsec_gym.envs.closed_loop_vector import ClosedLoopVectorEnv
-from avsec_gym.envs.driving_actions import driving_action
 from avsec_gym.errors import ConfigurationError
 
 
-class PlannerDriver:
+class PlannerDriver(BeliefDriver):
     """A planner that drives `avsec/ClosedLoop-v0`: it replans, and follows its plan in between.
 
     It plans on what the car believes, from the state that the car has really reached.  Between two
@@ -42,40 +42,20 @@ class PlannerDriver:
     def __init__(
         self, environment: gym.Env[Any, Any], planner: Any = None, replanning: float = REPLANNING
     ) -> None:
-        played: Any = environment.unwrapped
-        self._environment = played
-        if played.action_ranges is None:
-            raise ConfigurationError("a planner drives by continuous actions")
-        chosen = played.planner if planner is None else planner
+        super().__init__(environment)
+        chosen = self.played.planner if planner is None else planner
         self.policy = PlannerPolicy(chosen, replanning)
-        self._drive: Any = None
 
-    def predict(
-        self,
-        observation: NDArray[np.float32],
-        state: Any = None,
-        episode_start: Any = None,
-        deterministic: bool = True,
-    ) -> tuple[NDArray[np.float32], Any]:
-        """The action at the present instant of the drive.
+    def begin(self) -> None:
+        """A new drive has begun."""
+        self.policy.begin(self.played.scene, self.played.intention)
 
-        Args:
-            observation: One, or a batch of one; the belief is read from the environment.
-            state: Handed through.
-            episode_start: Not used: a new drive is recognised by itself.
-            deterministic: Planners always are.
-
-        Returns:
-            Actions in [-1, 1], shape (2,) or (1, 2), and the state.
-        """
-        played = self._environment
-        if self._drive is not played.drive:
-            self._drive = played.drive
-            self.policy.begin(played.scene, played.intention)
+    def controls(self) -> tuple[float, float]:
+        """Those of the plan, which is made anew when it is time."""
+        played = self.played
         wanted = self.policy.drive(played.state, played.belief, played.elapsed)
         played.unread_until = self.policy.next_plan
-        action = driving_action(wanted, played.action_ranges)
-        return action.reshape(*np.shape(observation)[:-1], 2), state
+        return wanted
 
 
 class PlannerDrivers:
