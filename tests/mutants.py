@@ -2,7 +2,8 @@
 
     python tests/mutants.py                        # 300 mutants, about two hours; prints JSON
     python tests/mutants.py --count 40 --seed 7 --only planners metrics
-    python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped, on the same code
+    python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped; what was found of
+                                                   # modules that have changed since is tried again
     python tests/mutants.py --jobs 2               # two at a time
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
@@ -257,8 +258,15 @@ def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
 
 def kept_unmutated(kernels: bool, tests: tuple[str, ...]) -> Path | None:
     """Where `--keep` keeps what these tests do without a mutant."""
-    asked = hashlib.sha256(f"{kernels} {tests}".encode()).hexdigest()[:16]
+    asked = source_state(f"{kernels} {tests} {_rooms_state()}")
     return None if KEPT is None else KEPT / f"{asked}.pickle"
+
+
+@cache
+def _rooms_state() -> str:
+    """What tells all modules of the rooms, as they are, from others: their lines are counted."""
+    paths = sorted(path for room in ROOMS for path in _modules(room))
+    return source_state("".join(path.read_text() for path in paths))
 
 
 @cache
@@ -379,10 +387,16 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     finally:
         path.write_text(before)
     return asdict(mutant) | {
+        "source": source_state(before),
         "change": change,
         "killed_by": by,
         "seconds": round(time.monotonic() - begun, 1),
     }
+
+
+def source_state(source: str) -> str:
+    """What tells a module's text from another."""
+    return hashlib.sha256(source.encode()).hexdigest()[:16]
 
 
 def tried_in_one_of(copies: SimpleQueue[Path], mutant: Mutant) -> dict[str, Any]:
@@ -422,7 +436,7 @@ def main() -> None:
     if options.keep:
         KEPT = options.keep.with_suffix(".unmutated")
     known = options.keep.read_text().splitlines() if options.keep and options.keep.exists() else []
-    rows = {json.dumps(_key(row)): row for row in map(json.loads, known)}
+    rows = {json.dumps(_key(row)): row for row in map(json.loads, known) if is_current(row)}
     sample = list(islice(all_mutants(options.only, options.seed), options.count))
     columns = ("{task.description}", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     left = [mutant for mutant in sample if json.dumps(_key(asdict(mutant))) not in rows]
@@ -446,6 +460,12 @@ def main() -> None:
         "survivors": survivors,
     }
     print(json.dumps(result, indent=1))
+
+
+def is_current(row: dict[str, Any]) -> bool:
+    """Whether a row's module is still as it was when its mutant was tried."""
+    path = ROOT / row["module"]
+    return path.exists() and row.get("source") == source_state(path.read_text())
 
 
 def _key(row: dict[str, Any]) -> list[Any]:
