@@ -8,10 +8,11 @@
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
 repository.  The fast tests of the module's room that execute the changed line (by coverage without
-the change) are run, those of the module's name first, then the nearest of other rooms; a mutant
-that all of them pass survives.  What changes no result is left alone: what an error says,
-``strict=``, ``nogil=``, ``frozen=``, decorators of kernels and of what is kept, ``is`` to ``==``.
-Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
+the change) are run, those of the module's name first, then the nearest of other rooms; of each of
+the two the first ones, as many as end in 90 s.  A mutant that all of them pass survives.  What
+changes no result is left alone: what an error says, ``strict=``, ``nogil=``, ``frozen=``,
+decorators of kernels and of what is kept, ``is`` to ``==``.  Kernels run as plain Python
+(``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
-from itertools import islice
+from itertools import accumulate, islice
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock
@@ -53,9 +54,11 @@ NEAREST = 8
 """So many files of tests are run where not all of a room's are."""
 KEPT: Path | None = None
 """The folder beside `--keep` in which this process keeps what tests do without a mutant."""
-LONGEST = 240.0
+LONGEST = 90.0
 """Seconds after which the nearest file of tests is left out where kernels are Python; the second
 gets half of it, the third a third."""
+ENOUGH = 90.0
+"""Seconds of tests, usually, after which a mutant that passed them counts as survived."""
 _ONE_AT_A_TIME: dict[tuple[bool, tuple[str, ...]], Lock] = defaultdict(Lock)
 _KEYWORDS = ("strict", "nogil", "frozen")
 _SAME = ("ReplaceComparisonOperator_Is_Eq", "ReplaceComparisonOperator_IsNot_NotEq")
@@ -169,7 +172,7 @@ def killed_by(copy: Path, kernels: bool, mutant: Mutant) -> str:
 
 def _killed_by(copy: Path, kernels: bool, mutant: Mutant, group: tuple[str, ...]) -> str:
     usual = unmutated(kernels, group)
-    tests = usual.that_execute(mutant)
+    tests = usual.first_of(usual.that_execute(mutant), ENOUGH)
     if not tests:
         return ""
     left_out = [word for name in usual.failed for word in ("--deselect", name)]
@@ -218,6 +221,12 @@ class Unmutated:
             tests,
             key=lambda name: (not _file(name).endswith(mirror), cost[_file(name)], name),
         )
+
+    def first_of(self, tests: Sequence[str], seconds: float) -> list[str]:
+        """The first of some tests, as many as usually end in a time; the very first in any case."""
+        ends = accumulate(self.duration([name]) for name in tests)
+        first = [name for name, end in zip(tests, ends, strict=True) if end <= seconds]
+        return first or list(tests[:1])
 
     def duration(self, tests: Sequence[str]) -> float:
         """How long tests and files take, in seconds."""
