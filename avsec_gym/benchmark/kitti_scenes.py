@@ -8,10 +8,12 @@ are entered on them.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import TypedDict
 
 from avsec_gym.benchmark.scene_sets import VERSION
 from avsec_gym.boxes import Boxes3D
@@ -20,6 +22,7 @@ from avsec_gym.kitti.labels import read_labels
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import labelled_scenarios
+from avsec_gym.storage.json_fields import check_fields
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.regular_files import MAX_TEXT_BYTES, is_file, is_folder, read_bytes
 
@@ -36,8 +39,18 @@ FOLDERS = (
     "nocar",
 )
 """Those of the labelled scenarios that are read."""
+_DIGITS = 16
+_HASH = re.compile(rf"[0-9a-f]{{{_DIGITS}}}")
+_REMEDY = "It belongs to the package: install it again."
 _NAMED = 3
 """So many files that differ are named in an error."""
+
+
+class _Frozen(TypedDict):
+    """What the file holds."""
+
+    files: dict[str, str]
+    contested: dict[str, list[str]]
 
 
 @dataclass(frozen=True)
@@ -109,9 +122,26 @@ class FrozenLabels:
 @cache
 def frozen_labels() -> FrozenLabels:
     """The labelled scenarios of this version."""
-    path = Path(__file__).with_name(FROZEN)
-    found = read_json_object(path, remedy="It belongs to the package: install it again.")
-    ways = {id: frozenset(map(Intention, own)) for id, own in found["contested"].items()}
+    return read_frozen_labels(Path(__file__).with_name(FROZEN))
+
+
+def read_frozen_labels(path: Path) -> FrozenLabels:
+    """Read what ``benchmarks/freeze_kitti.py`` wrote.
+
+    Raises:
+        DataError: Missing or damaged: a file without its hash, an intention that is none, or a
+            contested scene without files.
+    """
+    found = read_json_object(path, remedy=_REMEDY)
+    try:
+        check_fields(_Frozen, found)
+        if wrong := [name for name, hash in found["files"].items() if not _HASH.fullmatch(hash)]:
+            raise ValueError(f"{wrong[0]} has no hash of {_DIGITS} digits")
+        ways = {id: frozenset(map(Intention, own)) for id, own in found["contested"].items()}
+        if strangers := ways.keys() - {Path(name).stem for name in found["files"]}:
+            raise ValueError(f"the contested scene {min(strangers)} has no files")
+    except ValueError as error:
+        raise DataError(f"The file is damaged: {error}.", path=path, remedy=_REMEDY) from error
     return FrozenLabels(found["files"], ways)
 
 
@@ -129,4 +159,4 @@ def hashes_of(root: Path) -> dict[str, str]:
 
 
 def _hash(path: Path) -> str:
-    return hashlib.sha256(read_bytes(path, most=MAX_TEXT_BYTES)).hexdigest()[:16]
+    return hashlib.sha256(read_bytes(path, most=MAX_TEXT_BYTES)).hexdigest()[:_DIGITS]

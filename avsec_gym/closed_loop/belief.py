@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.closed_loop.lanes import Lanes
+from avsec_gym.closed_loop.prediction import following_lanes
 from avsec_gym.closed_loop.relative_poses import in_world
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.errors import ConfigurationError
@@ -40,9 +42,13 @@ class Belief:
     road_type: RoadType
     stops: bool = False
 
-    def obstacles(self) -> Obstacles:
-        """The objects at constant velocity over the planner's horizon, from now on."""
-        return Obstacles.rectangles(
+    def obstacles(self, lanes: Lanes | None = None) -> Obstacles:
+        """The objects at constant velocity over the planner's horizon, from now on.
+
+        Args:
+            lanes: Lanes that are followed where they bend; None: every object keeps its heading.
+        """
+        straight = Obstacles.rectangles(
             self.poses,
             self.lengths,
             self.widths,
@@ -50,6 +56,7 @@ class Belief:
             dt=TIME_STEP,
             last_step=GOAL_STEPS[1],
         )
+        return straight if lanes is None else following_lanes(straight, lanes, TIME_STEP)
 
 
 def belief_of(perception: Perception, surroundings: Surroundings, motion: Motion) -> Belief:

@@ -70,6 +70,15 @@ class CentreLine:
         """x, y and heading at a distance along the line and to its left."""
         return (*self.place(along, left), self.heading(along))
 
+    def poses(self, along: Floats, left: Floats) -> Floats:
+        """`pose` at n distances, shape (n, 3); headings go on without jumps from the first."""
+        segment = np.searchsorted(self.along, along, side="right") - 1
+        segment = np.clip(segment, 0, len(self.lengths) - 1)
+        (x, y), (dx, dy) = self.points[segment].T, self.directions[segment].T
+        ahead = along - self.along[segment]
+        headings = np.interp(along, self.along, self.headings)
+        return np.column_stack([x + ahead * dx - left * dy, y + ahead * dy + left * dx, headings])
+
     def coordinates(self, x: float, y: float) -> tuple[float, float]:
         """Distance along the line of the nearest point of it, and to the left, metres.
 

@@ -178,8 +178,10 @@ def is_fail_safe(
 def others_brake(obstacles: Obstacles, heading: float, dt: float = 0.1) -> Obstacles | None:
     """Those that drive as the car does, braking from now on; None: there are none.
 
+    They keep to the ways that they are believed to take.
+
     Args:
-        obstacles: What the car believes in.
+        obstacles: What the car believes in; each keeps its speed.
         heading: The car's, radians.
         dt: Length of a time step, seconds.
     """
@@ -191,14 +193,16 @@ def others_brake(obstacles: Obstacles, heading: float, dt: float = 0.1) -> Obsta
     if not driving.any():
         return None
     kept = _picked(obstacles, driving)
-    time = np.minimum(dt * np.arange(kept.poses.shape[1]), speeds[driving][:, None] / OTHERS_BRAKE)
-    speed = speeds[driving][:, None] - OTHERS_BRAKE * time
-    way = speeds[driving][:, None] * time - OTHERS_BRAKE * time**2 / 2
-    begin = kept.poses[:, :1]
-    poses = np.repeat(begin, kept.poses.shape[1], axis=1)
-    poses[..., 0] += way * np.cos(begin[..., 2])
-    poses[..., 1] += way * np.sin(begin[..., 2])
-    return replace(kept, poses=poses, speeds=speed)
+    count, first = kept.poses.shape[1], speeds[driving][:, None]
+    time = np.minimum(dt * np.arange(count), first / OTHERS_BRAKE)
+    # Unbraked, they would be as far after so many time steps.
+    steps = (time - OTHERS_BRAKE * time**2 / (2 * first)) / dt
+    before = np.minimum(steps.astype(np.int64), count - 1)
+    after = np.minimum(before + 1, count - 1)
+    rows = np.arange(len(kept))[:, None]
+    begin, share = kept.poses[rows, before], (steps - before)[..., None]
+    poses = begin + share * (kept.poses[rows, after] - begin)
+    return replace(kept, poses=poses, speeds=first - OTHERS_BRAKE * time)
 
 
 def widened(obstacles: Obstacles, which: NDArray[np.bool_] | None = None) -> Obstacles:

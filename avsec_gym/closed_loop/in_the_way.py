@@ -84,8 +84,8 @@ def _in_the_way(
             # As it brakes.
             if last[i] == 0 or speeds[i, 0] <= 0.0:
                 continue
-            _braking(poses[i, 0], speeds[i, 0], now * dt, brake, begin)
-            _braking(poses[i, 0], speeds[i, 0], then * dt, brake, end)
+            _braking(poses[i], speeds[i, 0], now, brake, dt, begin)
+            _braking(poses[i], speeds[i, 0], then, brake, dt, end)
             if _may_touch(way[t], way[t + 1], begin, end, half[i], own):
                 found[i] = True
                 break
@@ -93,13 +93,26 @@ def _in_the_way(
 
 
 @kernel(nogil=True)
-def _braking(start: Floats, speed: float, time: float, brake: float, pose: Floats) -> None:
-    """Where a vehicle is that brakes from its start on."""
-    time = min(time, speed / brake)
-    way = speed * time - brake * time * time / 2
-    pose[0] = start[0] + way * np.cos(start[2])
-    pose[1] = start[1] + way * np.sin(start[2])
-    pose[2] = start[2]
+def _braking(
+    poses: Floats, speed: float, step: int, brake: float, dt: float, pose: Floats
+) -> None:
+    """Where a vehicle is that brakes from its start on, along its way at constant speed.
+
+    Args:
+        poses: The way at every `dt`, shape (T, 3).
+        speed: The speed at the start, m/s.
+        step: The time step that is asked about.
+        brake: Its deceleration, m/s2.
+        dt: Length of a time step, seconds.
+        pose: Takes the pose, shape (3,).
+    """
+    time = min(step * dt, speed / brake)
+    # Unbraked, it would be as far after so many time steps.
+    steps = (time - brake * time * time / (2 * speed)) / dt
+    before = min(int(steps), len(poses) - 1)
+    after = min(before + 1, len(poses) - 1)
+    for k in range(3):
+        pose[k] = poses[before, k] + (steps - before) * (poses[after, k] - poses[before, k])
 
 
 @kernel(nogil=True)

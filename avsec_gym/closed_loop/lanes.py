@@ -16,6 +16,8 @@ from avsec_gym.scenario.road import Lanelet, Road
 
 _HEADING_WEIGHT = 4.0
 """Metres that a radian between a vehicle and a lane counts for, in the choice of its lane."""
+_ALONG = 0.5
+"""Radians between a vehicle and its lane, up to which it drives in the lane."""
 _SEAM = 0.01
 """Metres by which lanes are widened, so that rounding opens no gap."""
 
@@ -32,7 +34,7 @@ class Lanes:
     """
 
     road: Road
-    _lines: dict[int, CentreLine] = field(default_factory=dict, repr=False)
+    _lines: dict[tuple[int, bool], CentreLine] = field(default_factory=dict, repr=False)
     _widths: dict[int, float] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
@@ -44,9 +46,20 @@ class Lanes:
         """The lanelets."""
         return {lanelet.id: lanelet for lanelet in self.road.lanelets}
 
-    def line(self, id: int) -> CentreLine:
-        """The centre line from the start of a lanelet on, through the first of its successors."""
-        if id not in self._lines:
+    @cached_property
+    def bend(self) -> bool:
+        """Whether some lane is more than one straight stretch."""
+        return any(len(self.line(lanelet.id).points) > 2 for lanelet in self.road.lanelets)
+
+    def line(self, id: int, *, through_forks: bool = True) -> CentreLine:
+        """The centre line from the start of a lanelet on, through the first of its successors.
+
+        Args:
+            id: The lanelet's.
+            through_forks: Whether it goes on where there are several successors; if not, it ends
+                there, and is straight from there on.
+        """
+        if (id, through_forks) not in self._lines:
             points: list[Floats] = []
             passed: set[int] = set()
             following: int | None = id
@@ -54,9 +67,10 @@ class Lanes:
                 passed.add(following)
                 points.append(centre_points(self.by_id[following]))
                 successors = self.by_id[following].successors
-                following = successors[0] if successors else None
-            self._lines[id] = CentreLine(_without_repeats(np.vstack(points)))
-        return self._lines[id]
+                known = len(successors) == 1 or (through_forks and bool(successors))
+                following = successors[0] if known else None
+            self._lines[id, through_forks] = CentreLine(_without_repeats(np.vstack(points)))
+        return self._lines[id, through_forks]
 
     def width(self, id: int) -> float:
         """Mean width of a lanelet, metres."""
@@ -77,6 +91,14 @@ class Lanes:
             return abs(left) + beyond + _HEADING_WEIGHT * turned
 
         return min(self.road.lanelets, key=distance).id
+
+    def followed(self, x: float, y: float, heading: float) -> int | None:
+        """The id of the lanelet that a vehicle follows; None: it crosses its lane, or has none."""
+        lane = self.at(x, y, heading)
+        line = self.line(lane)
+        along, left = line.coordinates(x, y)
+        turned = float(wrap_angle(heading - line.heading(along)))
+        return lane if abs(turned) < _ALONG and abs(left) < 0.5 * self.width(lane) else None
 
     def beside(self, id: int, intention: Intention) -> int | None:
         """The lanelet that an intention leads to; None: none of the same direction is there."""

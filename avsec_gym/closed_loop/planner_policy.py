@@ -167,7 +167,7 @@ class PlannerPolicy:
             start=state,
             goals=goals,
             road=self._scene.road,
-            obstacles=belief.obstacles(),
+            obstacles=belief.obstacles(self._scene.lanes),
             dt=TIME_STEP,
             road_type=belief.road_type,
             intention=self._intention,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from highway_env.road.road import Road
 from numpy.typing import NDArray
@@ -18,8 +16,6 @@ from avsec_gym.scenario.planning_scenario import EgoState
 
 _SLOWEST = 1.0
 """m/s: slower vehicles are not taken for drivers."""
-_ALONG = 0.5
-"""Radians between a vehicle and its lane, up to which it drives in the lane."""
 _VEHICLES = ("Car", "Van", "Truck", "Misc")
 
 
@@ -55,10 +51,7 @@ class RoadTraffic:
         x, y, heading, speed = tracks.state(actor, self._time)
         if str(tracks.categories[actor]) not in _VEHICLES or speed < _SLOWEST:
             return False
-        lane = lanes.at(x, y, heading)
-        along, left = lanes.line(lane).coordinates(x, y)
-        turned = math.remainder(heading - lanes.line(lane).heading(along), 2 * math.pi)
-        return abs(turned) < _ALONG and abs(left) < 0.5 * lanes.width(lane)
+        return lanes.followed(x, y, heading) is not None
 
     def show(self, elapsed: float) -> None:
         """Bring on those that are there, and take away the others.

@@ -169,6 +169,24 @@ def read_connected_fit(folder: Path) -> Any:
     return read_connected_fit(folder / "fit.json").constants()
 
 
+def learned_fit(path: Path) -> None:
+    """The package's own, as `avsec connected --method learned --model` takes another one."""
+    from avsec_gym.validation.connected.learned.learned_fit import SHIPPED_MODEL
+
+    path.write_bytes(SHIPPED_MODEL.read_bytes())
+
+
+def read_learned_fit(folder: Path) -> Any:
+    """What a base station decides by: the threshold, the model, a region's log odds, the origin."""
+    from avsec_gym.validation.connected.learned.features import FEATURES
+    from avsec_gym.validation.connected.learned.learned_fit import read_learned_fit
+
+    fit = read_learned_fit(folder / "learned.json")
+    regions = np.stack([np.zeros(len(FEATURES)), np.ones(len(FEATURES))])
+    assert fit.origin
+    return fit.rule(0.1).model, fit.model.log_odds(regions), fit.card
+
+
 def _decoded(folder: Path, decode: Callable[[bytes], Any]) -> Any:
     """A message out of a file; one that is refused is named by the file."""
     from avsec_gym.errors import DataError

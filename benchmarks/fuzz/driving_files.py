@@ -1,4 +1,4 @@
-"""What `avsec drive` and `avsec agents` keep and go on with, sound, and as they read it."""
+"""What `avsec drive`, `avsec agents` and the benchmark keep, sound, and as they read it."""
 
 from __future__ import annotations
 
@@ -114,6 +114,22 @@ def read_drives(folder: Path) -> Any:
         drives_page(found, summary, _RECORD, 1)
         gif(clip(shown_drives(found, by_scene(found.rows.values())[0])))
     return found.rows, found.seconds, films
+
+
+def frozen_labels(path: Path) -> None:
+    """What the benchmark's version holds of the labelled KITTI scenarios: the package's own."""
+    from avsec_gym.benchmark import kitti_scenes
+
+    path.write_bytes(Path(kitti_scenes.__file__).with_name(kitti_scenes.FROZEN).read_bytes())
+
+
+def read_frozen_labels(folder: Path) -> Any:
+    """As an entry of a detector's results does: the digest, and what is to be found where."""
+    from avsec_gym.benchmark.kitti_scenes import read_frozen_labels
+
+    frozen = read_frozen_labels(folder / "kitti_1.json")
+    assert len(frozen.digest) == 16
+    return frozen
 
 
 def _film() -> Any:

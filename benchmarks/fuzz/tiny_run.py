@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from avsec_gym.runs.experiment import (
     Measurement,
 )
 from avsec_gym.scenario.scene_sets import procedural_scenes
+
+if TYPE_CHECKING:
+    from avsec_gym.runs.run import RunSummary
 
 SETTINGS = ("tiny", "tiny+attack")
 CONFIGURATION = Configuration(seed=1)
@@ -35,7 +39,7 @@ class Work:
         record = run_episode(scene, "left").record
         boxes: Boxes3D = scene.boxes
         return CellResult(
-            drives=[EpisodeRow(setting, record) for setting in SETTINGS],
+            episodes=[EpisodeRow(setting, record) for setting in SETTINGS],
             detections=[DetectionRow(setting, scene.id, boxes) for setting in SETTINGS],
             measurements=[Measurement(SETTINGS[0], scene.id, "loss", float(np.log1p(number)))],
             seconds={"planning": 0.01},
@@ -50,7 +54,7 @@ EXPERIMENT = Experiment(
 )
 
 
-def make(folder: Path) -> object:
+def make(folder: Path) -> RunSummary:
     """Do what is missing of the run in a folder; in this very process."""
     from avsec_gym.runs.run import run_experiments
 
@@ -68,5 +72,5 @@ def look(folder: Path) -> object:
         seen.append(run.records(setting=setting, strength=strength))
         seen.append(run.detections(setting, strength))
     report = make(folder)
-    assert report.done + report.kept == 4, "a resumed run has all of its cells"  # type: ignore[attr-defined]
+    assert report.done + report.kept == 4, "a resumed run has all of its cells"
     return seen

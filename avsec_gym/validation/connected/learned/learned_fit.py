@@ -13,6 +13,7 @@ import numpy as np
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.metrics.roc_curve import threshold_at
 from avsec_gym.storage.atomic_write import write_bytes
+from avsec_gym.storage.json_fields import fitting_fields
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.connected.learned.features import FEATURES
 from avsec_gym.validation.connected.learned.logistic_model import LogisticModel
@@ -148,7 +149,7 @@ def read_learned_fit(path: str | Path) -> LearnedFit:
                 _number(model["offset"]),
             ),
             tuple(-np.inf if each is None else _number(each) for each in odds),
-            LearnedCard(**content["card"]),
+            LearnedCard(**fitting_fields(LearnedCard, content["card"])),
         )
     except (KeyError, TypeError, ValueError, ConfigurationError) as error:
         what = f"lacks {error}" if isinstance(error, KeyError) else f"is damaged: {error}"
