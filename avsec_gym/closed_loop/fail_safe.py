@@ -161,8 +161,9 @@ def is_fail_safe(
     whole = np.vstack([trajectory[: last + 1], stop[1:]])
     if drivable is not None and not shapely.contains_xy(drivable, whole[:, 0], whole[:, 1]).all():
         return False
-    if len(whole) == 1:
-        whole = np.vstack([whole, whole])
+    # The car stands then, for as long as anything is believed to come.
+    standing = max(obstacles.poses.shape[1], 2) - len(whole)
+    whole = np.vstack([whole, np.repeat(whole[-1:], max(standing, 0), axis=0)])
     counted = ~is_behind(trajectory[0], obstacles.poses[:, 0])
     counted = in_the_way(whole, obstacles, counted, margin=MARGIN, brake=OTHERS_BRAKE, dt=dt)
     if not counted.any():

@@ -93,9 +93,7 @@ def _in_the_way(
 
 
 @kernel(nogil=True)
-def _braking(
-    poses: Floats, speed: float, step: int, brake: float, dt: float, pose: Floats
-) -> None:
+def _braking(poses: Floats, speed: float, step: int, brake: float, dt: float, pose: Floats) -> None:
     """Where a vehicle is that brakes from its start on, along its way at constant speed.
 
     Args:

@@ -13,6 +13,7 @@ from avsec_gym.closed_loop.belief import belief_of
 from avsec_gym.closed_loop.drive_film import DriveFilm
 from avsec_gym.closed_loop.drive_log import first_contact
 from avsec_gym.closed_loop.drive_record import Outcome, goal_distance
+from avsec_gym.closed_loop.lanes import Lanes
 from avsec_gym.closed_loop.navsim_score import COMFORT
 from avsec_gym.closed_loop.perception import TruthPerception
 from avsec_gym.closed_loop.planner_policy import Ambition, Replanning
@@ -132,7 +133,9 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
         "touched": _touched(played, film),
         "hardest_braking": round(float(film.braking.max()), 6),
         "emergency_stops": len(stops),
-        "first_plan": _first_plan(decisions[0], start) if decisions else UNPLANNED,
+        "first_plan": _first_plan(decisions[0], start, played.scene.lanes)
+        if decisions
+        else UNPLANNED,
     }
     return Driven(with_schema("drive.row", row), film, seconds)
 
@@ -142,17 +145,18 @@ def _decisions(driver: Driver) -> list[Replanning]:
     return driver.policy.decisions if isinstance(driver, PlannerDriver) else []
 
 
-def _first_plan(decision: Replanning, start: Surroundings) -> str:
+def _first_plan(decision: Replanning, start: Surroundings, lanes: Lanes) -> str:
     """The outcome of the first plan, were it driven to its end: what a single query reports.
 
     Args:
         decision: The first decision.
         start: The truth at the start, whose objects go on at constant velocity.
+        lanes: The lanes, which these follow where they bend.
     """
     if decision.ambition == Ambition.STOP:
         return UNPLANNED
     truth = belief_of(TruthPerception().perceive(start), start, Motion.TRUTH)
-    return judge(decision.plan, decision.problem, truth.obstacles()).outcome
+    return judge(decision.plan, decision.problem, truth.obstacles(lanes)).outcome
 
 
 def _plain(value: Any) -> Any:
