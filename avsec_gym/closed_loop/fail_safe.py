@@ -146,8 +146,8 @@ def is_fail_safe(
 ) -> bool:
     """Whether a plan, and full braking after a time, touch nothing and stay on the road.
 
-    It must hold whether those ahead drive on as believed or brake by `OTHERS_BRAKE`, and with a
-    `MARGIN` around all that moves.
+    It must hold whether those ahead drive on as believed or brake by `OTHERS_BRAKE`, with a
+    `MARGIN` around all that moves, and for a time step after the car has come to rest.
 
     Args:
         trajectory: States of the plan at every `dt`, shape (T, 5).
@@ -161,9 +161,8 @@ def is_fail_safe(
     whole = np.vstack([trajectory[: last + 1], stop[1:]])
     if drivable is not None and not shapely.contains_xy(drivable, whole[:, 0], whole[:, 1]).all():
         return False
-    # The car stands then, for as long as anything is believed to come.
-    standing = max(obstacles.poses.shape[1], 2) - len(whole)
-    whole = np.vstack([whole, np.repeat(whole[-1:], max(standing, 0), axis=0)])
+    # The car stands then: what comes in the next time step touches it, too.
+    whole = np.vstack([whole, whole[-1:]])
     counted = ~is_behind(trajectory[0], obstacles.poses[:, 0])
     counted = in_the_way(whole, obstacles, counted, margin=MARGIN, brake=OTHERS_BRAKE, dt=dt)
     if not counted.any():
