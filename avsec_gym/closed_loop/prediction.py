@@ -21,8 +21,8 @@ def following_lanes(obstacles: Obstacles, lanes: Lanes, dt: float) -> Obstacles:
 
     Their velocity is constant in the lane's coordinates, along it and to its left: on a straight
     lane that is the same, and one that changes lanes in a bend goes on to change them.  What is
-    in no lane or crosses one keeps its heading; so does what drives beyond a fork, since nobody
-    knows which way it takes.
+    in no lane or crosses one keeps its heading; so does what drives beyond a fork, where its way
+    is not known.
 
     Args:
         obstacles: Those that move do so at constant velocity along their heading.
