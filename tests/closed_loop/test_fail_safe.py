@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -107,6 +108,33 @@ def test_what_moves_is_given_a_margin(speed: float, room: float) -> None:
             last_step=30,
         )
         assert is_fail_safe(PLAN, beside, 0.5) == safe
+
+
+def test_who_brakes_keeps_to_the_way_that_it_is_believed_to_take() -> None:
+    """On a circle of 30 m, after v t - a t^2 / 2 of it."""
+    time = 0.1 * np.arange(31)
+    angle = SPEED * time / 30
+    poses = np.column_stack([30 * np.sin(angle), 30 * (1 - np.cos(angle)), angle])
+    bent = replace(car_at(0.0, SPEED), poses=poses[None])
+    slower = others_brake(bent, 0.0)
+    assert slower is not None
+    braking = np.minimum(time, SPEED / OTHERS_BRAKE)
+    along = (SPEED * braking - OTHERS_BRAKE * braking**2 / 2) / 30
+    expected = np.column_stack([30 * np.sin(along), 30 * (1 - np.cos(along)), along])
+    np.testing.assert_allclose(slower.poses[0], expected, atol=0.005)
+
+
+@pytest.mark.parametrize(("gap", "safe"), [(0.5, False), (2.5, True)])
+def test_a_stop_does_not_end_just_before_what_comes(gap: float, safe: bool) -> None:
+    """The car comes to rest after 1.5 s, and 0.5 m are driven in less than a time step."""
+    oncoming = 10.0
+    front = 8.0 + 0.5 * BMW_320I.length  # 4 m until the next replanning, 4 m of braking.
+    x = front + MARGIN + gap + 2.0 + oncoming * 1.5
+    comes = Obstacles.rectangles(
+        np.array([[x, 0.0, np.pi]]), np.array([4.0]), np.array([2.0]), np.array([oncoming]),
+        last_step=30,
+    )  # fmt: skip
+    assert is_fail_safe(PLAN, comes, 0.5) == safe
 
 
 def test_interpolation_is_numpys_bit_for_bit() -> None:

@@ -26,11 +26,18 @@ def bend(draw: np.random.Generator) -> Floats:
 
 
 def others(draw: np.random.Generator, count: int) -> Obstacles:
-    """Some that stand and some that drive, all over the place."""
+    """Some that stand and some that drive, on and in bends, all over the place."""
     poses = np.column_stack([draw.uniform(-25, 25, (count, 2)), draw.uniform(-3, 3, count)])
     speeds = np.where(draw.random(count) < 0.4, 0.0, draw.uniform(-3, 15, count))
     length, width = draw.uniform(0.5, 12, count), draw.uniform(0.5, 3, count)
-    return Obstacles.rectangles(poses, length, width, speeds, dt=DT, last_step=12)
+    found = Obstacles.rectangles(poses, length, width, speeds, dt=DT, last_step=12)
+    steps = np.arange(12)
+    turns = draw.uniform(-0.3, 0.3, count)[:, None]  # Each time step, if it drives.
+    headings = poses[:, 2:] + turns * steps
+    ahead = DT * speeds[:, None, None] * np.stack([np.cos(headings), np.sin(headings)], axis=-1)
+    found.poses[:, 1:, :2] = poses[:, None, :2] + np.cumsum(ahead, axis=1)
+    found.poses[:, 1:, 2] = np.where(found.static[:, None], poses[:, 2:], headings + turns)
+    return found
 
 
 def touched(way: Floats, obstacles: Obstacles) -> bool:
@@ -55,14 +62,8 @@ def test_whatever_is_touched_is_in_the_way_and_most_that_is_not_is_not() -> None
         named = in_the_way(way, obstacles, asked, margin=MARGIN, brake=OTHERS_BRAKE, dt=DT)
         assert not (named & ~asked).any()
         for i in np.flatnonzero(asked):
-            alone = Obstacles.rectangles(
-                obstacles.poses[[i], 0],
-                np.array([obstacles.shapes[i].length]),  # type: ignore[union-attr]
-                np.array([obstacles.shapes[i].width]),  # type: ignore[union-attr]
-                obstacles.speeds[[i], 0],
-                dt=DT,
-                last_step=12,
-            )
+            rows = {name: value[[i]] for name, value in vars(obstacles).items() if name != "shapes"}
+            alone = Obstacles(shapes=(obstacles.shapes[i],), **rows)
             counts[bool(named[i]), touched(way, alone)] += 1
     assert counts[False, True] == 0
     assert counts[True, True] > 30

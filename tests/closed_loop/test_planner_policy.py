@@ -119,6 +119,20 @@ def test_a_blind_car_collides_where_a_seeing_one_does_not() -> None:
     assert sum(outcomes["blind"]) > sum(outcomes["truth"])
 
 
+def test_in_a_bend_the_car_does_not_swing_out_of_the_way_of_what_keeps_to_its_own_lane() -> None:
+    """Oncoming cars were believed to cross the car's lane: it left that, and met one there."""
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "drives", "count": 300})
+    driver = PlannerDriver(env)
+    info = driven(env, driver, scenario="drive-000123")
+    assert info["outcome"] == "goal"
+    assert all(each.ambition != Ambition.STOP for each in driver.policy.decisions)
+
+
+def test_the_car_does_not_come_to_rest_over_the_centre_line_before_an_oncoming_one() -> None:
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "drives", "count": 300})
+    assert driven(env, PlannerDriver(env), scenario="drive-000150")["outcome"] == "goal"
+
+
 def test_a_live_planner_drives() -> None:
     env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "layouts", "count": 1})
     driver = PlannerDriver(env, MotionPrimitivePlanner(algorithm="gbfs"))  # type: ignore[arg-type]
