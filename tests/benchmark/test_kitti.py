@@ -14,7 +14,12 @@ import pytest
 
 from avsec_gym.benchmark import entry_sets, kitti_results, leaderboard
 from avsec_gym.benchmark.entry import Entry, read_entry
-from avsec_gym.benchmark.kitti_scenes import FrozenLabels, frozen_labels, hashes_of
+from avsec_gym.benchmark.kitti_scenes import (
+    FrozenLabels,
+    frozen_labels,
+    hashes_of,
+    read_frozen_labels,
+)
 from avsec_gym.benchmark.making import entered
 from avsec_gym.benchmark.protocol import Entered
 from avsec_gym.benchmark.scene_sets import FROZEN, version_file
@@ -195,6 +200,30 @@ def test_what_is_frozen_is_names_hashes_and_intentions() -> None:
     assert FROZEN == "version_1.json"
     digests = {name: one["digest"] for name, one in version_file()["sets"].items()}
     assert digests == {"all": "daac12326bc8b809", "contested": "44f3d2d717315aa2"}
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        (lambda found: found.pop("contested"), "contested"),
+        (lambda found: found["files"].update({"nocar/000001.txt": "12ab"}), "nocar/000001.txt"),
+        (lambda found: found["files"].update({"nocar/000001.txt": 7}), "files"),
+        (lambda found: found["contested"].update({"000002": ["upwards"]}), "upwards"),
+        (lambda found: found["contested"].update({"999999": ["left"]}), "999999"),
+    ],
+)
+def test_damaged_frozen_labels_are_refused(
+    change: Callable[[dict[str, Any]], object], named: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "kitti_1.json"
+    found = json.loads((Path(kitti_results.__file__).parent / "kitti_1.json").read_text())
+    path.write_text(json.dumps(found))
+    assert read_frozen_labels(path) == frozen_labels()
+    change(found)
+    path.write_text(json.dumps(found))
+    with pytest.raises(DataError, match=named) as caught:
+        read_frozen_labels(path)
+    assert "kitti_1.json" in str(caught.value)
 
 
 SHARED = Path(__file__).parents[3] / "shared" / "safety_scenarios"

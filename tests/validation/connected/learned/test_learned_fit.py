@@ -91,6 +91,16 @@ def test_what_is_no_model_is_refused(
     assert "--method learned" in str(raised.value)
 
 
+def test_a_card_with_another_type_is_refused(fit: LearnedFit, tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    write_learned_fit(path, fit)
+    content = json.loads(path.read_text())
+    content["card"]["attacked"] = "many"
+    path.write_text(json.dumps(content))
+    with pytest.raises(DataError, match="attacked is 'many'"):
+        read_learned_fit(path)
+
+
 def test_too_few_instants_are_refused() -> None:
     with pytest.raises(DataError, match="5 instants or more"):
         fit_of_samples(_samples(4), FittedInstants(), "")
