@@ -3,7 +3,7 @@
 Run ``python -m studies.perception.training_curves dsgn=runs/dsgn,runs/dsgn_2
 stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``; of trainings that went on with each
 other's weights, the folders stand in a row.  ``--others FILE`` keeps what an earlier result has of
-networks that are not trained anew.
+networks that are not trained anew; ``stereo_rcnn=+runs/stereo_rcnn_3`` goes on with what it has.
 """
 
 from __future__ import annotations
@@ -87,6 +87,18 @@ class NetworkCurves:
             curves.get("begins"),
         )
 
+    def rows(self) -> list[dict[str, Any]]:
+        """As `read_curves` has them, with the rows of `joined`."""
+        begins = [
+            {"step": step, "begins": number} for number, step in enumerate(self.begins or (), 2)
+        ]
+        losses = [{"step": point.step, "losses": _known(point.values)} for point in self.losses]
+        metrics = [
+            {"step": point.step, "seconds": 60 * point.minutes, "metrics": _known(point.values)}
+            for point in self.metrics
+        ]
+        return sorted([*begins, *losses, *metrics], key=lambda row: row["step"])
+
 
 def run(options: argparse.Namespace) -> dict[str, NetworkCurves]:
     """Read, thin, draw.
@@ -101,7 +113,13 @@ def run(options: argparse.Namespace) -> dict[str, NetworkCurves]:
         name, _, folder = text.partition("=")
         if not (name and folder):
             raise ConfigurationError(f"a run is given as name=FOLDER, got {text!r}")
-        trained[name] = thinned(joined([_curves(Path(part)) for part in folder.split(",")]))
+        parts = folder.removeprefix("+").split(",")
+        trainings = [_curves(Path(part)) for part in parts]
+        if folder.startswith("+"):
+            if name not in before:
+                raise ConfigurationError(f"{text}: --others has nothing of {name} to go on with")
+            trainings.insert(0, _earlier(before[name], options.others).rows())
+        trained[name] = thinned(joined(trainings))
     result = {
         name: trained[name] if name in trained else _earlier(before[name], options.others)
         for name in dict.fromkeys((*before, *trained))
@@ -202,6 +220,10 @@ def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> Netwo
 
 def _without(row: Mapping[str, Any], *names: str) -> dict[str, float | None]:
     return {name: value for name, value in row.items() if name not in names}
+
+
+def _known(values: Mapping[str, float | None]) -> dict[str, float]:
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _mean(values: Sequence[float]) -> float | None:

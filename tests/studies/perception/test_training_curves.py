@@ -65,6 +65,23 @@ def test_networks_that_are_not_trained_anew_stay(tmp_path: Path) -> None:
     assert out.read_text() == "no JSON"
 
 
+def test_a_network_goes_on_with_the_curves_of_an_earlier_result(tmp_path: Path) -> None:
+    folder, out = tmp_path / "run", tmp_path / "curves.json"
+    folder.mkdir()
+    (folder / "curves.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows()))
+    asked = [f"dsgn=+{folder}", "--others", str(out), "--json", str(out)]
+    out.write_text("{}")
+    assert main(asked) == 1
+    assert main([f"dsgn={folder},{folder}", "--json", str(out)]) == 0
+    assert main(asked) == 0
+    after = json.loads(out.read_text())["dsgn"]
+    assert after["begins"] == [140, 280]
+    assert [(row["step"], row["minutes"]) for row in after["metrics"]] == [
+        (70, 1.5), (210, 3.0), (350, 4.5)
+    ]  # fmt: skip
+    assert [row["step"] for row in after["losses"]] == [20 * i for i in range(1, 22)]
+
+
 def test_runs_below_a_folder_are_found_by_their_names(tmp_path: Path) -> None:
     out = tmp_path / "curves.json"
     for name in ("dsgn", "dsgn_2", "yolo", "my_network"):
