@@ -14,7 +14,7 @@ from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.benchmark.adaptive_rows import AdaptiveRow
 from avsec_gym.benchmark.connected_instants import InstantsRow
 from avsec_gym.benchmark.entry import ENTRY, Entry, EntryRow, ScenesRow
-from avsec_gym.benchmark.entry_sets import Row, entry_sets
+from avsec_gym.benchmark.entry_sets import MeasuredRow, entry_sets
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import (
     Entered,
@@ -73,8 +73,8 @@ def entered(
         DataError: The folder holds something else, or results are missing.
     """
     sets = entry_sets(kind, part, quick=quick, error_models=error_models, labels=labels)
-    kinds: tuple[type[Row], ...] = (EntryRow, DrivesRow, InstantsRow, AdaptiveRow)
-    found: dict[type[Row], list[Any]] = {each: [] for each in kinds}
+    kinds: tuple[type[MeasuredRow], ...] = (EntryRow, DrivesRow, InstantsRow, AdaptiveRow)
+    found: dict[type[MeasuredRow], list[Any]] = {each: [] for each in kinds}
     scenes, failed, before, masked = [], 0, 0, False
     # Each set is a run of its own, kept in the entry's folder, and gives rows.
     for one_set in sets.driven:

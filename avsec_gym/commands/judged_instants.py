@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from avsec_gym import console
 from avsec_gym.commands.attacked_drives import AttackedDrives
-from avsec_gym.commands.judged_drives import JudgedDrives, drive_line
+from avsec_gym.commands.judged_sequences import JudgedSequences, drive_line
 from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
@@ -169,7 +169,7 @@ class JudgedInstants:
             )
         self.folder.add(row)
 
-    def add_up(self, judged: JudgedDrives, drives: Mapping[str, str]) -> dict[str, Any]:
+    def add_up(self, judged: JudgedSequences, drives: Mapping[str, str]) -> dict[str, Any]:
         """Report each drive by what adds up over its instants.
 
         Args:
