@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.shapes import polygon
-
-Floats = NDArray[np.float64]
 
 
 def swept(path: ArrayLike, profile: ArrayLike, material: Material) -> Mesh:
