@@ -273,7 +273,7 @@ class Connected:
         return record if settings else {**record, "folder": source.root.name}
 
     def _folder(self, fit: ConnectedFit) -> ValidationFolder:
-        from avsec_gym.commands.judged_instants import InstantRow
+        from avsec_gym.commands.instant_rows import InstantRow
         from avsec_gym.storage.text_files import read_text
         from avsec_gym.validation.connected.fit import FORMAT
         from avsec_gym.validation.validation_folder import ValidationFolder, differences

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from avsec_gym.commands.judged_instants import drive_of
+from avsec_gym.commands.instant_rows import drive_of
 from avsec_gym.commands.judged_sequences import JudgedSequences, drive_line
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.validation.connected.rays.sequential import SequentialTest
