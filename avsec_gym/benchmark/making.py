@@ -14,7 +14,7 @@ from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.benchmark.adaptive_rows import AdaptiveRow
 from avsec_gym.benchmark.connected_instants import InstantsRow
 from avsec_gym.benchmark.entry import ENTRY, Entry, EntryRow, ScenesRow
-from avsec_gym.benchmark.entry_sets import MeasuredRow, entry_sets
+from avsec_gym.benchmark.entry_sets import EntrySet, MeasuredRow, entry_sets
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import (
     Entered,
@@ -31,7 +31,7 @@ from avsec_gym.perception.detectors.detector import network_name
 from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.fingerprints import fingerprint
-from avsec_gym.runs.run import run_experiments
+from avsec_gym.runs.run import RunSummary, run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.export import world_fingerprint
@@ -78,17 +78,8 @@ def entered(
     scenes, failed, before, masked = [], 0, 0, False
     # Each set is a run of its own, kept in the entry's folder, and gives rows.
     for one_set in sets.driven:
-        summary = run_experiments(
-            [one_set.experiment],
-            one_set.configuration,
-            root / one_set.name,
-            workers=workers,
-            threads=_THREADS,
-            retry=True,
-            on_progress=partial(
-                _progress, on_progress, before, sum(each.count for each in sets.driven)
-            ),
-        )
+        shown = partial(_progress, on_progress, before, sum(each.count for each in sets.driven))
+        summary = _ran(one_set, root / one_set.name, workers, shown)
         before += summary.cells
         failed += len(summary.failures) + summary.failed_before
         run = RunFolder.open(root / one_set.name)
@@ -121,6 +112,21 @@ def entered(
     )
     write_text(root / ENTRY, json.dumps(entry.to_json(), indent=1) + "\n", overwrite=True)
     return entry
+
+
+def _ran(
+    one_set: EntrySet, root: Path, workers: int | None, on_progress: Callable[[int, int], None]
+) -> RunSummary:
+    """Do what is missing of a set's run, and once more what failed."""
+    return run_experiments(
+        [one_set.experiment],
+        one_set.configuration,
+        root,
+        workers=workers,
+        threads=_THREADS,
+        retry=True,
+        on_progress=on_progress,
+    )
 
 
 def _progress(

@@ -177,40 +177,14 @@ def page(found: BothPlanners, command: str) -> str:
             "",
             "## Rates",
             "",
-            *markdown_table(
-                ["detector", "attack", "planner", "success", "collisions", "safe driving",
-                 *map(str, Intention)],
-                [
-                    [
-                        *_names(row.condition),
-                        _WORDS[Algorithm(row.planner)],
-                        share(row.rates.success_rate),
-                        share(row.rates.collision_rate),
-                        _safe(row.rates),
-                        *(share(row.by_intention[way]) for way in Intention),
-                    ]
-                    for row in found.rows
-                ],
-            ),
+            *_rates_table(found.rows),
             "",
             "In %, the three intentions together; behind it safe driving by intention. In brackets:"
             " 95 % intervals, the intentions of a scene being one cluster.",
             "",
             "## GBFS against A*",
             "",
-            *markdown_table(
-                ["detector", "attack", "safe driving, GBFS less A*", "p, corrected",
-                 "more taken with GBFS"],
-                [
-                    [
-                        *_names(row.condition),
-                        interval(row.more_safe.value, row.more_safe.interval),
-                        number(row.p_holm, 3),
-                        interval(row.more_lost.value, row.more_lost.interval),
-                    ]
-                    for row in found.differences
-                ],
-            ),
+            *_differences_table(found.differences),
             "",
             "In percentage points, in brackets 95 % bootstrap intervals over the same scenarios. p:"
             " by Holm’s method for the number of rows. More taken: what the attack takes of safe"
@@ -220,31 +194,92 @@ def page(found: BothPlanners, command: str) -> str:
             "",
             "## The chapter's question with each planner",
             "",
-            *markdown_table(
-                ["planner", "detector", "family", "attacks", "ρ", "exchange rate",
-                 "pairs with it", "against it", "undecided"],
-                [
-                    [
-                        _WORDS[Algorithm(planner)],
-                        detector_name(row.detector),
-                        row.family,
-                        str(row.correlation.attacks),
-                        interval(row.correlation.rho, row.correlation.interval, 2),
-                        interval(row.exchange_rate.value, row.exchange_rate.interval, 2),
-                        *map(str, (row.pairs.concordant, row.pairs.discordant,
-                                   row.pairs.undecided)),
-                    ]
-                    for planner, families in found.families.items()
-                    for row in families.rows
-                ],
-            ),
+            *_families_table(found.families),
             "",
             "ρ: Spearman’s rank correlation of what attacks take of average precision with what"
             " they take of safe driving. Exchange rate: points of safe driving lost for each point"
             " of average precision. Pairs are sure after Holm’s correction for all of a detector.",
             "",
         ]
-    )  # fmt: skip
+    )
+
+
+def _rates_table(rows: Sequence[PlannerUnderAttack]) -> list[str]:
+    """Success, collisions and safe driving of each condition and planner."""
+    return markdown_table(
+        [
+            "detector",
+            "attack",
+            "planner",
+            "success",
+            "collisions",
+            "safe driving",
+            *map(str, Intention),
+        ],
+        [
+            [
+                *_names(row.condition),
+                _WORDS[Algorithm(row.planner)],
+                share(row.rates.success_rate),
+                share(row.rates.collision_rate),
+                _safe(row.rates),
+                *(share(row.by_intention[way]) for way in Intention),
+            ]
+            for row in rows
+        ],
+    )
+
+
+def _differences_table(differences: Sequence[PlannerDifference]) -> list[str]:
+    """GBFS against A* under each condition."""
+    return markdown_table(
+        [
+            "detector",
+            "attack",
+            "safe driving, GBFS less A*",
+            "p, corrected",
+            "more taken with GBFS",
+        ],
+        [
+            [
+                *_names(row.condition),
+                interval(row.more_safe.value, row.more_safe.interval),
+                number(row.p_holm, 3),
+                interval(row.more_lost.value, row.more_lost.interval),
+            ]
+            for row in differences
+        ],
+    )
+
+
+def _families_table(families_of: Mapping[str, FamilyFigures]) -> list[str]:
+    """What each planner says of the chapter's question."""
+    return markdown_table(
+        [
+            "planner",
+            "detector",
+            "family",
+            "attacks",
+            "ρ",
+            "exchange rate",
+            "pairs with it",
+            "against it",
+            "undecided",
+        ],
+        [
+            [
+                _WORDS[Algorithm(planner)],
+                detector_name(row.detector),
+                row.family,
+                str(row.correlation.attacks),
+                interval(row.correlation.rho, row.correlation.interval, 2),
+                interval(row.exchange_rate.value, row.exchange_rate.interval, 2),
+                *map(str, (row.pairs.concordant, row.pairs.discordant, row.pairs.undecided)),
+            ]
+            for planner, families in families_of.items()
+            for row in families.rows
+        ],
+    )
 
 
 def _sentence(rows: Sequence[PlannerDifference]) -> str:
