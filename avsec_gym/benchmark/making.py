@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,7 @@ from avsec_gym.benchmark.query_rows import is_masked
 from avsec_gym.benchmark.scene_sets import CONTESTED, VERSION, frozen_sets
 from avsec_gym.perception.detectors.detector import network_name
 from avsec_gym.perception.weights.weights_hash import weights_hash
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.fingerprints import fingerprint
 from avsec_gym.runs.run import RunSummary, run_experiments
@@ -49,7 +50,7 @@ def entered(
     error_models: Sequence[str] = (),
     labels: Path | None = None,
     workers: int | None = None,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> Entry:
     """Make an entry; what was done before in its folder is kept.
 
@@ -114,9 +115,7 @@ def entered(
     return entry
 
 
-def _ran(
-    one_set: EntrySet, root: Path, workers: int | None, on_progress: Callable[[int, int], None]
-) -> RunSummary:
+def _ran(one_set: EntrySet, root: Path, workers: int | None, on_progress: Progress) -> RunSummary:
     """Do what is missing of a set's run, and once more what failed."""
     return run_experiments(
         [one_set.experiment],
@@ -129,9 +128,7 @@ def _ran(
     )
 
 
-def _progress(
-    on_progress: Callable[[int, int], None], before: int, total: int, done: int, _: int
-) -> None:
+def _progress(on_progress: Progress, before: int, total: int, done: int, _: int) -> None:
     """That of one set among all."""
     on_progress(before + done, total)
 

@@ -9,7 +9,7 @@ network is needed.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,7 @@ from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.many_comparisons import ALPHA, holm_adjusted
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.report.markdown_table import interval, markdown_table, number, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -95,7 +96,7 @@ def both_planners(
     scenes: FrameScenes,
     motion: Motion,
     threshold: float,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> BothPlanners:
     """Plan with GBFS on the detections of a run, and set it beside A*.
 
