@@ -254,7 +254,7 @@ def _differences_table(differences: Sequence[PlannerDifference]) -> list[str]:
 
 
 def _families_table(families_of: Mapping[str, FamilyFigures]) -> list[str]:
-    """What each planner says of the chapter's question."""
+    """What each planner answers to the chapter's question."""
     return markdown_table(
         [
             "planner",
