@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-Progress = Callable[[int, int], object]
+Progress = Callable[[int, int], None]
 """Called with the number of what is done, and that of all."""
 
 
