@@ -57,7 +57,7 @@ class Source(Enum):
 
 
 @dataclass(frozen=True)
-class Figure:
+class QuotedFigure:
     """A number in a page.
 
     Args:
@@ -107,7 +107,7 @@ def read_passages(path: Path = LIST) -> dict[str, list[Passage]]:
     }
 
 
-def figures(page: str) -> list[Figure]:
+def figures(page: str) -> list[QuotedFigure]:
     """The figures of a page's text.
 
     Blocks that are made from results are no text, nor are code, links, and what is a number of the
@@ -124,12 +124,12 @@ def figures(page: str) -> list[Figure]:
     for pattern in (*_MARKUP, *_OF_THE_TEXT):
         text = pattern.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
     return [
-        Figure(text.count("\n", 0, found.start()) + 1, found[0].rstrip(","), found.start())
+        QuotedFigure(text.count("\n", 0, found.start()) + 1, found[0].rstrip(","), found.start())
         for found in _NUMBER.finditer(text)
     ]
 
 
-def without_source(page: str, passages: Sequence[Passage]) -> list[Figure]:
+def without_source(page: str, passages: Sequence[Passage]) -> list[QuotedFigure]:
     """The figures of a page that no passage accounts for.
 
     Args:

@@ -14,7 +14,7 @@ from studies.study import RESULTS, ROOT, Study
 
 
 @dataclass(frozen=True)
-class Row:
+class OnlyRow:
     """A step into a list: to its only row whose columns have these values."""
 
     columns: tuple[tuple[str, str | float | bool | None], ...]
@@ -23,9 +23,9 @@ class Row:
         return "[" + ", ".join(f"{name}={value}" for name, value in self.columns) + "]"
 
 
-def row(**columns: str | float | bool | None) -> Row:
+def row(**columns: str | float | bool | None) -> OnlyRow:
     """The step to the only row of a list whose columns have these values."""
-    return Row(tuple(columns.items()))
+    return OnlyRow(tuple(columns.items()))
 
 
 @dataclass(frozen=True)
@@ -34,22 +34,22 @@ class ResultField:
 
     Args:
         result: The file's name without its ending, such as ``believed``.
-        steps: The way to it: a key, a place in a list, or the only `Row` of a list.
+        steps: The way to it: a key, a place in a list, or an `OnlyRow` of a list.
     """
 
     result: str
-    steps: tuple[str | int | Row, ...]
+    steps: tuple[str | int | OnlyRow, ...]
 
     def __str__(self) -> str:
-        way = "".join(f"{step}" if isinstance(step, Row) else f".{step}" for step in self.steps)
+        way = "".join(f"{step}" if isinstance(step, OnlyRow) else f".{step}" for step in self.steps)
         return f"{self.result}.json: {way.removeprefix('.')}"
 
-    def then(self, *steps: str | int | Row) -> ResultField:
+    def then(self, *steps: str | int | OnlyRow) -> ResultField:
         """The value to which these steps lead from here."""
         return ResultField(self.result, (*self.steps, *steps))
 
 
-def field(result: str, *steps: str | int | Row) -> ResultField:
+def field(result: str, *steps: str | int | OnlyRow) -> ResultField:
     """The value to which these steps lead in a result."""
     return ResultField(result, steps)
 
@@ -132,10 +132,10 @@ def bounds_at(place: ResultField, root: Path = ROOT) -> tuple[float, float] | No
     raise _no_field(place, root, "an interval")
 
 
-def _next(value: object, step: str | int | Row, place: ResultField, root: Path) -> object:
+def _next(value: object, step: str | int | OnlyRow, place: ResultField, root: Path) -> object:
     """What a step leads to."""
     match step, value:
-        case Row(), list():
+        case OnlyRow(), list():
             rows = [each for each in value if _has(each, step)]
             if len(rows) == 1:
                 return rows[0]
@@ -146,7 +146,7 @@ def _next(value: object, step: str | int | Row, place: ResultField, root: Path) 
     raise _no_field(place, root, f"anything, or one thing alone, at {step}")
 
 
-def _has(value: object, step: Row) -> bool:
+def _has(value: object, step: OnlyRow) -> bool:
     return isinstance(value, Mapping) and all(
         name in value and value[name] == wanted for name, wanted in step.columns
     )

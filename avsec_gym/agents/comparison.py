@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,9 +18,7 @@ from avsec_gym.agents.compared_agent import (
 from avsec_gym.agents.search import choice_seeds
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.paired_scores import PairedDifference
-
-OnProgress = Callable[[int, int], None]
-"""Called with environment steps done, and about how many there are in all."""
+from avsec_gym.progress import Progress, no_progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +103,7 @@ def compare(
     episodes: int,
     seed: int,
     queries: int | None = None,
-    on_progress: OnProgress = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> AgentComparison:
     """Judge agents and baselines in the same held-out episodes.
 
@@ -131,7 +129,7 @@ def compare_at_budgets(
     budgets: Sequence[int],
     episodes: int,
     seed: int,
-    on_progress: OnProgress = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[AgentComparison]:
     """A comparison for each budget of environment steps, with the agents that kept to it.
 
@@ -221,7 +219,7 @@ def _compared(
     agents_of: Mapping[int, Sequence[TrainedAgent]],
     episodes: int,
     seed: int,
-    on_progress: OnProgress,
+    on_progress: Progress,
 ) -> list[AgentComparison]:
     """A comparison for each budget; scenes and what was computed of them are kept in between."""
     configuration = next(iter(agents_of.values()))[0].configuration
@@ -266,7 +264,7 @@ def _compared(
 class _Meter:
     """Adds steps up."""
 
-    def __init__(self, total: int, shown: OnProgress) -> None:
+    def __init__(self, total: int, shown: Progress) -> None:
         self._done, self._total, self._shown = 0, total, shown
 
     def __call__(self, steps: int) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -32,6 +31,7 @@ from avsec_gym.agents.configuration import AgentConfiguration, naming_the_file
 from avsec_gym.agents.learner import make_learner
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.regular_files import is_there
@@ -64,7 +64,7 @@ def train_agent(
     out: Path,
     seed: int,
     sitting: TrainingSitting,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> AgentCard:
     """Train, or go on training; the folder holds the agent then, finished or not.
 
@@ -129,7 +129,7 @@ class _Watch(BaseCallback):
         out: Path,
         before: TrainingProgress,
         sitting: TrainingSitting,
-        on_progress: Callable[[int, int], None],
+        on_progress: Progress,
     ) -> None:
         super().__init__()
         self._out, self._before, self._sitting, self._on_progress = (

@@ -45,6 +45,7 @@ from avsec_gym.perception.training.checkpoint import (
 )
 from avsec_gym.perception.training.curves import Curves, read_curves
 from avsec_gym.perception.weights.weights_hash import weights_hash
+from avsec_gym.progress import Progress
 
 PATCH = "patch.safetensors"
 """The patch in the folder of a training, its picture and card beside it."""
@@ -62,7 +63,7 @@ def train_patch(
     folder: Path,
     *,
     resume: bool = False,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Progress | None = None,
     on_epoch: Callable[[int, dict[str, float]], None] | None = None,
 ) -> Patch:
     """Train a patch against one detector, or against several at once.

@@ -44,7 +44,7 @@ _OF_KITTI = (
     "these are results on KITTI's own frames: enter those on the frames of `avsec benchmark frames`"
     " beside it, without --labels"
 )
-Row = EntryRow | DrivesRow | InstantsRow | AdaptiveRow
+MeasuredRow = EntryRow | DrivesRow | InstantsRow | AdaptiveRow
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class EntrySet:
     configuration: Configuration
     count: int
     digest: str
-    rows: Callable[[RunFolder], Sequence[Row]]
+    rows: Callable[[RunFolder], Sequence[MeasuredRow]]
 
     @property
     def name(self) -> str:
@@ -159,8 +159,8 @@ def _queries(kind: Entered, part: Any, quick: bool) -> list[EntrySet]:
 
 def _query_rows(
     run: RunFolder, *, kind: Entered, part: Any, name: str, quick: bool
-) -> Sequence[Row]:
-    rows: list[Row] = [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
+) -> Sequence[MeasuredRow]:
+    rows: list[MeasuredRow] = [*query_rows(run, kind, part, frozen_sets()[name], quick=quick)]
     if name == CONTESTED:
         rows += detector_rows(run) if kind == Entered.DETECTOR else validator_rows(run)
     return rows

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import torch
@@ -13,6 +12,7 @@ from avsec_gym.benchmark.scene_sets import frozen_sets
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.sensor_files import write_image
 from avsec_gym.pipeline import Pipeline
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.storage.atomic_write import write_bytes
@@ -27,7 +27,7 @@ def write_frames(
     root: Path,
     *,
     quick: bool = False,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[Path]:
     """Write the frames; those that are there are kept.
 

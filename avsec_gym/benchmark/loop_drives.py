@@ -78,7 +78,7 @@ def drives_rows(run: Results, settings: Sequence[LoopSetting]) -> list[DrivesRow
         run: A run of `BENCHMARK_DRIVES`.
         settings: Its settings.
     """
-    driven = {setting.name: _Drives.of(run, setting.name) for setting in settings}
+    driven = {setting.name: _MeasuredDrives.of(run, setting.name) for setting in settings}
     rows = []
     for setting in settings:
         own = driven[setting.name]
@@ -105,7 +105,7 @@ def drives_rows(run: Results, settings: Sequence[LoopSetting]) -> list[DrivesRow
 
 
 @dataclass(frozen=True)
-class _Drives:
+class _MeasuredDrives:
     """What was measured of the N drives of a setting.
 
     Args:
@@ -115,7 +115,7 @@ class _Drives:
     values: Mapping[str, Mapping[tuple[str, str], float]]
 
     @classmethod
-    def of(cls, run: Results, setting: str) -> _Drives:
+    def of(cls, run: Results, setting: str) -> _MeasuredDrives:
         found: dict[str, dict[tuple[str, str], float]] = {name: {} for name in _FIGURES}
         for row in run.measurements(setting=setting):
             way, _, name = row["name"].partition(" ")
@@ -133,7 +133,7 @@ class _Drives:
     def mean(self, name: str) -> Estimate:
         return self._estimate(self._array(name))
 
-    def difference(self, before: _Drives | None, name: str) -> Estimate | None:
+    def difference(self, before: _MeasuredDrives | None, name: str) -> Estimate | None:
         """To the same drives of another setting; those of cells that failed are missing in both."""
         if before is None:
             return None

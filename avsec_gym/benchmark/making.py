@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.benchmark.adaptive_rows import AdaptiveRow
 from avsec_gym.benchmark.connected_instants import InstantsRow
 from avsec_gym.benchmark.entry import ENTRY, Entry, EntryRow, ScenesRow
-from avsec_gym.benchmark.entry_sets import Row, entry_sets
+from avsec_gym.benchmark.entry_sets import EntrySet, MeasuredRow, entry_sets
 from avsec_gym.benchmark.loop_drives import DrivesRow
 from avsec_gym.benchmark.protocol import (
     Entered,
@@ -29,9 +29,10 @@ from avsec_gym.benchmark.query_rows import is_masked
 from avsec_gym.benchmark.scene_sets import CONTESTED, VERSION, frozen_sets
 from avsec_gym.perception.detectors.detector import network_name
 from avsec_gym.perception.weights.weights_hash import weights_hash
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.fingerprints import fingerprint
-from avsec_gym.runs.run import run_experiments
+from avsec_gym.runs.run import RunSummary, run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.export import world_fingerprint
@@ -49,7 +50,7 @@ def entered(
     error_models: Sequence[str] = (),
     labels: Path | None = None,
     workers: int | None = None,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> Entry:
     """Make an entry; what was done before in its folder is kept.
 
@@ -73,22 +74,13 @@ def entered(
         DataError: The folder holds something else, or results are missing.
     """
     sets = entry_sets(kind, part, quick=quick, error_models=error_models, labels=labels)
-    kinds: tuple[type[Row], ...] = (EntryRow, DrivesRow, InstantsRow, AdaptiveRow)
-    found: dict[type[Row], list[Any]] = {each: [] for each in kinds}
+    kinds: tuple[type[MeasuredRow], ...] = (EntryRow, DrivesRow, InstantsRow, AdaptiveRow)
+    found: dict[type[MeasuredRow], list[Any]] = {each: [] for each in kinds}
     scenes, failed, before, masked = [], 0, 0, False
     # Each set is a run of its own, kept in the entry's folder, and gives rows.
     for one_set in sets.driven:
-        summary = run_experiments(
-            [one_set.experiment],
-            one_set.configuration,
-            root / one_set.name,
-            workers=workers,
-            threads=_THREADS,
-            retry=True,
-            on_progress=partial(
-                _progress, on_progress, before, sum(each.count for each in sets.driven)
-            ),
-        )
+        shown = partial(_progress, on_progress, before, sum(each.count for each in sets.driven))
+        summary = _ran(one_set, root / one_set.name, workers, shown)
         before += summary.cells
         failed += len(summary.failures) + summary.failed_before
         run = RunFolder.open(root / one_set.name)
@@ -123,9 +115,20 @@ def entered(
     return entry
 
 
-def _progress(
-    on_progress: Callable[[int, int], None], before: int, total: int, done: int, _: int
-) -> None:
+def _ran(one_set: EntrySet, root: Path, workers: int | None, on_progress: Progress) -> RunSummary:
+    """Do what is missing of a set's run, and once more what failed."""
+    return run_experiments(
+        [one_set.experiment],
+        one_set.configuration,
+        root,
+        workers=workers,
+        threads=_THREADS,
+        retry=True,
+        on_progress=on_progress,
+    )
+
+
+def _progress(on_progress: Progress, before: int, total: int, done: int, _: int) -> None:
     """That of one set among all."""
     on_progress(before + done, total)
 

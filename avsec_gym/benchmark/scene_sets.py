@@ -17,6 +17,7 @@ from typing import Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.evaluation.contested import chosen_recipe
+from avsec_gym.progress import Progress
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
@@ -24,7 +25,7 @@ from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import scene_of_layout
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.export import Progress, cached
+from avsec_gym.world.export import cached
 from avsec_gym.world.layouts import generate_layout
 
 VERSION = 1

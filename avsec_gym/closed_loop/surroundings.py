@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.relative_poses import Pose, seen_from
-from avsec_gym.closed_loop.traffic_scene import Sensors, TrafficScene
+from avsec_gym.closed_loop.traffic_scene import SensorRenderer, TrafficScene
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, ego_to_camera
 from avsec_gym.road_type import RoadType
@@ -88,7 +88,7 @@ class ActorStates:
             moving=np.abs(speeds) > 0,
         )
 
-        def frame(deliver: Sensors) -> SensorFrame:
+        def frame(deliver: SensorRenderer) -> SensorFrame:
             others = {
                 int(id): (float(x), float(y), float(heading))
                 for id, (x, y, heading) in zip(ids, poses, strict=True)

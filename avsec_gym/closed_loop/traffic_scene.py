@@ -38,7 +38,7 @@ _LONGEST = 30.0
 _SIZE_OF_PEOPLE = 1.7
 """Height that stands for the unknown one of an obstacle of a CommonRoad file, metres."""
 
-Sensors = Callable[[float, Pose, dict[int, Pose]], SensorFrame]
+SensorRenderer = Callable[[float, Pose, dict[int, Pose]], SensorFrame]
 """What the sensors deliver at a time (s) where the car and, by their ids, all others are."""
 
 
@@ -63,7 +63,7 @@ class TrafficScene:
     start: EgoState
     tracks: Tracks
     cruise: tuple[float, float]
-    sensors: Sensors | None = None
+    sensors: SensorRenderer | None = None
     sets_off: float = 0.0
 
     @cached_property

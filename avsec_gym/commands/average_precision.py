@@ -81,7 +81,7 @@ class ScoreDetections:
                     remedy="Name another file; nothing is overwritten.",
                 )
         # Labels and detections, and their precision.
-        frames = _Frames.read(self.kitti, self.split, self.limit, self.detections)
+        frames = _ScoredFrames.read(self.kitti, self.split, self.limit, self.detections)
         frames.tell()
         drives = KittiObject(self.kitti).drives_of(list(frames.truth)) if self.resamples else None
         result = average_precision(
@@ -122,7 +122,7 @@ class ScoreDetections:
         in_part = frames.broken or frames.missing
         return console.DONE_IN_PART if in_part else console.DONE
 
-    def _weighted(self, frames: _Frames) -> SafetyWeightedRecall:
+    def _weighted(self, frames: _ScoredFrames) -> SafetyWeightedRecall:
         """Of the cars, with what would be planned on."""
         import numpy as np
 
@@ -151,7 +151,7 @@ class ScoreDetections:
 
 
 @dataclass(frozen=True)
-class _Frames:
+class _ScoredFrames:
     """What is compared, and what could not be."""
 
     folder: Path
@@ -161,7 +161,9 @@ class _Frames:
     broken: dict[str, DataError]
 
     @classmethod
-    def read(cls, kitti: Path, split: str | None, limit: int | None, detections: Path) -> _Frames:
+    def read(
+        cls, kitti: Path, split: str | None, limit: int | None, detections: Path
+    ) -> _ScoredFrames:
         """All frames asked for; those with a broken file are left out.
 
         Raises:
@@ -271,7 +273,7 @@ def _few(result: AveragePrecision) -> str:
 
 
 def _report(
-    result: AveragePrecision, frames: _Frames, weighted: SafetyWeightedRecall | None
+    result: AveragePrecision, frames: _ScoredFrames, weighted: SafetyWeightedRecall | None
 ) -> dict[str, Any]:
     """All there is to say, for --out."""
     from avsec_gym.metrics.average_precision import METRICS

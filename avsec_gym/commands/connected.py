@@ -86,8 +86,8 @@ class Connected:
         self._check()
         if self.fit is not None:
             return self._learn(self.fit) if self.method == "learned" else self._fit(self.fit)
-        from avsec_gym.commands.judged_drives import JudgedDrives
         from avsec_gym.commands.judged_instants import JudgedInstants
+        from avsec_gym.commands.judged_sequences import JudgedSequences
         from avsec_gym.validation.connected.validator import ConnectedValidator
 
         fit = self._read_fit
@@ -127,7 +127,7 @@ class Connected:
 
             clean = fit.clean_scores if learned is None else learned.clean_log_odds
             test = lasting_test(clean, self.sequence, self.alarms)
-            sums = judged.add_up(JudgedDrives(test, self.sequence), drives)
+            sums = judged.add_up(JudgedSequences(test, self.sequence), drives)
         return judged.report(left_out, sums)
 
     def _check(self) -> None:
@@ -273,7 +273,7 @@ class Connected:
         return record if settings else {**record, "folder": source.root.name}
 
     def _folder(self, fit: ConnectedFit) -> ValidationFolder:
-        from avsec_gym.commands.judged_instants import InstantRow
+        from avsec_gym.commands.instant_rows import InstantRow
         from avsec_gym.storage.text_files import read_text
         from avsec_gym.validation.connected.fit import FORMAT
         from avsec_gym.validation.validation_folder import ValidationFolder, differences

@@ -14,7 +14,7 @@ from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.text_files import write_text
 
 if TYPE_CHECKING:
-    from avsec_gym.drawing.film_strip import Shown
+    from avsec_gym.drawing.film_strip import ShownDrive
     from avsec_gym.drives.drive_folder import DriveFolder
     from avsec_gym.drives.summary import SettingSummary
 
@@ -69,7 +69,7 @@ def write_drive_results(
         write_drives_recording(drives, folder.out / f"{CLIP}.rrd")
 
 
-def _clip(drives: list[Shown], video: Literal["gif", "mp4"]) -> bytes:
+def _clip(drives: list[ShownDrive], video: Literal["gif", "mp4"]) -> bytes:
     from avsec_gym.drawing.film_strip import RATE, clip, gif
 
     if video == "mp4":

@@ -3,71 +3,44 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from statistics import median
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any
 
 from avsec_gym import console
 from avsec_gym.commands.attacked_drives import AttackedDrives
-from avsec_gym.commands.judged_drives import JudgedDrives, drive_line
+from avsec_gym.commands.instant_rows import attack_row, drive_of, registered_row, sent_bytes
+from avsec_gym.commands.instant_summary import summary
+from avsec_gym.commands.judged_sequences import JudgedSequences, drive_line
 from avsec_gym.commands.left_out import say_left_out
-from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text
 
 if TYPE_CHECKING:
     from avsec_gym.validation.connected.attacks.attacked_instant import (
-        AttackedInstant,
         InstantAttack,
     )
     from avsec_gym.validation.connected.fit import ConnectedFit
     from avsec_gym.validation.connected.recordings import RecordedInstant
-    from avsec_gym.validation.connected.result import ConnectedResult
     from avsec_gym.validation.connected.sources import ConnectedSource
     from avsec_gym.validation.connected.validator import ConnectedValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
 
 
-class JudgedAttack(TypedDict):
-    """What was attacked, and what came of it."""
-
-    kind: str
-    victim: int
-    outcome: str
-
-
-class RegisteredScan(TypedDict):
-    """How well a scan lies on the middle one of its instant, see `Registration`."""
-
-    residual: float
-    """Metres."""
-    overlap: float
+_RATES = {
+    "alarms": "alarms",
+    "attacks_detected": "attacks detected, of all",
+    "attacks_detected_decidable": "attacks detected, of those that some other vehicle sees",
+    "victims_named": "victims named, of attacks detected",
+    "wrongly_named": "honest vehicles named, of all instants",
+}
 
 
-class RegisteredRow(TypedDict, total=False):
-    """What rows have where poses are by registration."""
-
-    registrations: list[RegisteredScan | None]
-    """Residuals of each scan; None of the middle one."""
-
-
-class InstantRow(RegisteredRow):
-    """What is kept of an instant, as far as lines and summaries rely on it."""
-
-    id: str
-    alarm: bool
-    accused: list[int]
-    regions: int
-    decidable: int
-    accusations: list[dict[str, Any]]
-    bytes: list[dict[str, int]]
-    refused: list[Any]
-    seconds: dict[str, float]
-    attack: JudgedAttack | None
-    attack_possible: bool
-    vehicles: int
+_SUMS = {
+    "windows": "windows of successive instants that alarm",
+    "drives": "drives with such a window",
+}
 
 
 @dataclass(frozen=True)
@@ -149,11 +122,11 @@ class JudgedInstants:
         result = self.validator.validate(instant.scans, id=instant.id)
         row = {
             **result.to_json(),
-            "attack": None if attacked is None else _attack_row(attacked, result),
+            "attack": None if attacked is None else attack_row(attacked, result),
             "attack_possible": self.attack is None or attacked is not None,
             "vehicles": len(instant.scans),
             "drive": drive_of(recorded),
-            **_registered(recorded),
+            **registered_row(recorded),
         }
         drawn = sum(row["alarm"] for row in self.folder.rows.values())
         # The picture first: a row that is kept has its picture.
@@ -169,7 +142,7 @@ class JudgedInstants:
             )
         self.folder.add(row)
 
-    def add_up(self, judged: JudgedDrives, drives: Mapping[str, str]) -> dict[str, Any]:
+    def add_up(self, judged: JudgedSequences, drives: Mapping[str, str]) -> dict[str, Any]:
         """Report each drive by what adds up over its instants.
 
         Args:
@@ -235,148 +208,12 @@ class JudgedInstants:
             text += f"; the attack was a {row['attack']['kind']} on vehicle "
             text += f"{row['attack']['victim']}, {row['attack']['outcome']}"
         text += f"; {row['decidable']} of {row['regions']} regions seen twice,"
-        text += f" {max(_sent(row))} bytes a vehicle at most"
+        text += f" {max(sent_bytes(row))} bytes a vehicle at most"
         if fits := [each for each in row.get("registrations", ()) if each is not None]:
             text += "; registered to "
             text += ", ".join(f"{each['residual']:.3f} m" for each in fits)
             text += f", {min(each['overlap'] for each in fits):.0%} overlap or more"
         console.print_line(text)
-
-
-_RATES = {
-    "alarms": "alarms",
-    "attacks_detected": "attacks detected, of all",
-    "attacks_detected_decidable": "attacks detected, of those that some other vehicle sees",
-    "victims_named": "victims named, of attacks detected",
-    "wrongly_named": "honest vehicles named, of all instants",
-}
-
-
-_SUMS = {
-    "windows": "windows of successive instants that alarm",
-    "drives": "drives with such a window",
-}
-
-
-def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Rates with intervals, bytes and seconds of judged instants.
-
-    Instants of one drive, or of one scenario of OPV2V, are one cluster of the intervals.
-
-    Args:
-        rows: Rows of `JudgedInstants`.
-
-    Raises:
-        DataError: No instant was judged.
-    """
-    if not rows:
-        raise DataError("There was no instant to judge.")
-    attacked = [row for row in rows if row["attack"] is not None]
-    decidable = [row for row in attacked if row["attack"]["outcome"] != "not seen by two"]
-    detected = [row for row in attacked if _is_detected(row)]
-    steps = sorted({step for row in rows for step in row["seconds"]})
-    return {
-        "instants": len(rows),
-        "not_attackable": sum(not row["attack_possible"] for row in rows),
-        "alarms": _rate(rows, lambda row: bool(row["alarm"])),
-        "attacks_detected": _rate(attacked, _is_detected),
-        "attacks_detected_decidable": _rate(decidable, _is_detected),
-        "victims_named": _rate(detected, lambda row: row["attack"]["outcome"] == "named"),
-        "wrongly_named": _rate(rows, _wrongly_named),
-        "decidable_share": _share(rows),
-        "bytes_largest": max(max(_sent(row)) for row in rows),
-        "bytes_median": median(size for row in rows for size in _sent(row)),
-        "refused": sum(len(row["refused"]) for row in rows),
-        "seconds": median(sum(row["seconds"].values()) for row in rows),
-        "seconds_of": {
-            step: median(row["seconds"].get(step, 0.0) for row in rows) for step in steps
-        },
-    }
-
-
-def _registered(recorded: RecordedInstant) -> RegisteredRow:
-    """The entry of a row for the residuals of registered scans; none of measured poses."""
-    from avsec_gym.validation.connected.raw_drive.drive_instants import DriveInstant
-
-    if not isinstance(recorded, DriveInstant) or not recorded.registrations:
-        return {}
-    return {
-        "registrations": [
-            None
-            if each is None
-            else {"residual": round(each.residual, 4), "overlap": round(each.overlap, 4)}
-            for each in recorded.registrations
-        ]
-    }
-
-
-def _attack_row(attacked: AttackedInstant, result: ConnectedResult) -> dict[str, Any]:
-    """What was attacked, and what came of it, judged at the regions that are about it."""
-    about = attacked.regions(result.regions)
-    named = result.named[about]
-    if not (about & result.decidable).any():
-        outcome = "not seen by two"
-    elif attacked.victim in named:
-        outcome = "named"
-    elif (named >= 0).any():
-        outcome = "misnamed"
-    else:
-        outcome = "detected" if result.alarm and (named == -1).any() else "missed"
-    return {
-        "kind": attacked.kind,
-        "victim": attacked.victim,
-        "points": attacked.points,
-        "centre": attacked.box.centre[0].round(2).tolist(),
-        "outcome": outcome,
-    }
-
-
-def _rate(
-    rows: Sequence[Mapping[str, Any]], hit: Callable[[Mapping[str, Any]], bool]
-) -> dict[str, Any]:
-    """Hits, cases, the rate and its 95 % interval; null without cases."""
-    from avsec_gym.metrics.clustered_shares import share_of
-
-    share = share_of(
-        [hit(row) for row in rows], [row.get("drive") or _recording(row["id"]) for row in rows]
-    )
-    interval = share.interval and list(share.interval)
-    return {"hits": share.count, "cases": share.of, "rate": share.rate, "interval": interval}
-
-
-def drive_of(instant: RecordedInstant) -> str:
-    """Name of the drive that an instant is of; instants of one are alike.
-
-    Args:
-        instant: What was recorded.
-    """
-    recording = instant.id.rpartition("/")[0]
-    if recording or instant.truth is None:
-        return recording or instant.id
-    return str(instant.truth.drive)
-
-
-def _recording(id: str) -> str:
-    """The drive or scenario of an instant; one of a data set has a place of its own."""
-    return id.rpartition("/")[0] or id
-
-
-def _is_detected(row: Mapping[str, Any]) -> bool:
-    return row["attack"]["outcome"] in ("named", "detected", "misnamed")
-
-
-def _wrongly_named(row: Mapping[str, Any]) -> bool:
-    """Whether a vehicle is accused that was not attacked."""
-    return bool(set(row["accused"]) - ({row["attack"]["victim"]} if row["attack"] else set()))
-
-
-def _share(rows: list[dict[str, Any]]) -> float | None:
-    regions = sum(row["regions"] for row in rows)
-    return sum(row["decidable"] for row in rows) / regions if regions else None
-
-
-def _sent(row: dict[str, Any]) -> list[int]:
-    return [sum(each.values()) for each in row["bytes"]]
 
 
 def _percent(rate: dict[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,13 +12,12 @@ import tyro
 
 from avsec_gym import console
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.storage.json_files import parse_json
 
 if TYPE_CHECKING:
     from avsec_gym.runs.run import RunSummary
 
-OnProgress = Callable[[int, int], None]
-"""Is called after each cell with the number of those done and that of all."""
 _REMARKS = 10
 """So many failed cells are reported one by one."""
 
@@ -73,9 +72,9 @@ class Run:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where cells failed."""
-        return self.ran(lambda done, total: None)
+        return self.ran(no_progress)
 
-    def ran(self, on_progress: OnProgress, besides: Collection[str] = ()) -> int:
+    def ran(self, on_progress: Progress, besides: Collection[str] = ()) -> int:
         """Do it; the exit code.
 
         Args:
@@ -130,7 +129,7 @@ class Run:
         }
 
 
-def _both(one: OnProgress, other: OnProgress) -> OnProgress:
+def _both(one: Progress, other: Progress) -> Progress:
     def on_progress(done: int, total: int) -> None:
         one(done, total)
         other(done, total)

@@ -29,7 +29,7 @@ RATE = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownDrive:
     """A drive to be shown.
 
     Args:
@@ -45,7 +45,7 @@ class Shown:
     bad: bool
 
 
-def film_strip(shown: Shown, panels: int, every: int = 1) -> Image:
+def film_strip(shown: ShownDrive, panels: int, every: int = 1) -> Image:
     """Pictures of every second and of the end, side by side, ahead is up.
 
     Args:
@@ -88,7 +88,7 @@ def strip_instants(film: DriveFilm, every: int = 1) -> list[int]:
     return [at for at in map(film.at, seconds) if film.times[last] - film.times[at] > 0.35] + [last]
 
 
-def clip(drives: Sequence[Shown]) -> list[Image]:
+def clip(drives: Sequence[ShownDrive]) -> list[Image]:
     """Drives one below the other, a picture for each tenth of a second; what is over stands still.
 
     Args:
@@ -128,7 +128,7 @@ def gif(images: Sequence[Image], rate: int = RATE) -> bytes:
     return content.getvalue()
 
 
-def _clip_image(drives: Sequence[Shown], instant: int) -> Image:
+def _clip_image(drives: Sequence[ShownDrive], instant: int) -> Image:
     width, height = _CLIP.size
     image = np.full((len(drives) * (height + _LINE + _GAP), width, 3), _PAPER, np.uint8)
     words = []

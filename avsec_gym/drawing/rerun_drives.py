@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.closed_loop.drive_film import DriveFilm
-from avsec_gym.drawing.film_strip import Shown
+from avsec_gym.drawing.film_strip import ShownDrive
 from avsec_gym.drawing.rerun_stream import colour, recording
 from avsec_gym.drawing.scenario_picture import BELIEVED, EGO, GOAL, REAL
 from avsec_gym.geometry import Floats, rectangle_corners
@@ -18,7 +18,7 @@ from avsec_gym.planners.vehicle import BMW_320I
 _LANE = "#b0b8be"
 
 
-def write_drives_recording(drives: Sequence[Shown], path: Path) -> None:
+def write_drives_recording(drives: Sequence[ShownDrive], path: Path) -> None:
     """Write drives of one scene, each below its setting's name, on one timeline.
 
     Args:

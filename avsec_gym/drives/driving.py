@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from functools import partial
 from itertools import groupby
@@ -11,6 +11,7 @@ from typing import Any
 from avsec_gym.drives.drive_folder import DriveFolder
 from avsec_gym.drives.one_drive import Driven, DriveTask, drive
 from avsec_gym.drives.setting import DriveSetting
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.worker_processes import each_in_processes
 
 Tasks = tuple[DriveTask, ...]
@@ -24,7 +25,7 @@ def make_drives(
     *,
     jobs: int = 1,
     apart: bool = False,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> None:
     """Make the drives that a folder lacks.
 

@@ -6,7 +6,7 @@ import math
 
 from avsec_gym.closed_loop.drive_film import DriveFilm
 from avsec_gym.drawing.embedded_image import embedded
-from avsec_gym.drawing.film_strip import Shown, film_strip
+from avsec_gym.drawing.film_strip import ShownDrive, film_strip
 from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
 from avsec_gym.drives.drive_folder import DriveFolder
 from avsec_gym.drives.telling import DrivenScene, how_bad, outcome_in_words
@@ -21,7 +21,7 @@ _LEAST_PANELS = 8
 """Pictures that a strip has room for, so that those of short drives are not blown up."""
 
 
-def shown_drives(folder: DriveFolder, scene: DrivenScene) -> list[Shown]:
+def shown_drives(folder: DriveFolder, scene: DrivenScene) -> list[ShownDrive]:
     """The drives of a scene, to be drawn.
 
     Args:
@@ -32,7 +32,7 @@ def shown_drives(folder: DriveFolder, scene: DrivenScene) -> list[Shown]:
         DataError: A film is missing or damaged.
     """
     return [
-        Shown(row["setting"], folder.film(row["id"]), outcome_in_words(row), how_bad(row) > 0)
+        ShownDrive(row["setting"], folder.film(row["id"]), outcome_in_words(row), how_bad(row) > 0)
         for row in scene.rows
     ]
 
@@ -59,7 +59,7 @@ def scene_figure(folder: DriveFolder, scene: DrivenScene) -> Figure:
     )
 
 
-def _strip(shown: Shown, panels: int, every: int) -> CaptionedImage:
+def _strip(shown: ShownDrive, panels: int, every: int) -> CaptionedImage:
     film: DriveFilm = shown.film
     return CaptionedImage(
         embedded(film_strip(shown, panels, every)),

@@ -19,12 +19,13 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Planner
+from avsec_gym.progress import Progress
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import scene_of_layout
 from avsec_gym.world.assets import Assets
-from avsec_gym.world.export import LayoutFrames, Progress, Sensors, cached
+from avsec_gym.world.export import LayoutFrames, Sensors, cached
 from avsec_gym.world.layouts import MOST_LAYOUTS, generate_layout
 
 LAYOUTS, FRAMES = 100, 48

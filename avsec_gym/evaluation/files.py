@@ -14,6 +14,7 @@ from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import Episode, run_episode
 from avsec_gym.planners.kept_tree import with_tree
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.given_scene import AS_GIVEN
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
@@ -36,7 +37,7 @@ def write_pictures(
     detected: Detected | None,
     folder: Path,
     most: int,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
     planner_of: Callable[[str], Planner] | None = None,
 ) -> list[Path]:
     """Pictures of the scenes that detections made unsafe; without detections, of unsafe ones.

@@ -6,7 +6,7 @@ the others stay as they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from avsec_gym.metrics.paired import holm_p, paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_set import SceneSet
@@ -40,7 +41,7 @@ def ghost_attack(
     *,
     attack: RandomGhosts | None = None,
     intentions: Sequence[Intention] = tuple(Intention),
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[AttackedEpisode]:
     """Attack every scene with every intention.
 

@@ -18,6 +18,7 @@ from avsec_gym.metrics.paired import PairedRates, holm_p, paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.given_scene import AS_GIVEN, GivenScene
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -27,7 +28,6 @@ from avsec_gym.scenario.scene_sets import WITHOUT_CARS
 GROUND_TRUTH, DETECTIONS = "ground_truth", "detections"
 """Inputs of the planner."""
 
-Progress = Callable[[int, int], None]
 AnyScene = Scene | GivenScene
 
 
@@ -214,7 +214,7 @@ def driving_safety(
     truth_motion: Motion = Motion.TRUTH,
     detected_motion: Motion = Motion.STATIC,
     planner_of: Callable[[str], Planner] | None = None,
-    on_progress: Progress = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> DrivingSafety:
     """Drive every scene.
 

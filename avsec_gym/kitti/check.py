@@ -11,7 +11,8 @@ from avsec_gym.kitti.check_sequences import check_odometry, check_tracking
 from avsec_gym.kitti.check_stereo import check_stereo
 from avsec_gym.kitti.layouts import KittiLayout, object_folders, recognise, text_file_folder
 from avsec_gym.kitti.other_data import other_data
-from avsec_gym.kitti.report import DataReport, Progress, Survey
+from avsec_gym.kitti.report import DataReport, Survey
+from avsec_gym.progress import Progress
 from avsec_gym.storage.regular_files import is_folder
 
 _CHECKED = (

@@ -13,7 +13,7 @@ from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.calibration import read_odometry_calibration
 from avsec_gym.kitti.number_tables import read_numbers
-from avsec_gym.kitti.recording import Recording, frame_numbers, subfolders
+from avsec_gym.kitti.recording import Recording, check_sequence, frame_numbers, subfolders
 from avsec_gym.storage.regular_files import is_file, is_folder
 
 SEQUENCES, POSES, VELODYNE = "sequences", "poses", "velodyne"
@@ -61,12 +61,7 @@ class KittiOdometry:
         Raises:
             DataError: There is no such sequence.
         """
-        if name not in self.sequences():
-            raise DataError(
-                f"There is no sequence {name}.",
-                path=self.folder,
-                remedy=f"There are {', '.join(self.sequences()) or 'none'}.",
-            )
+        check_sequence(name, self.sequences(), self.folder)
         return OdometrySequence(self.folder, name)
 
 

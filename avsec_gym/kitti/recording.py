@@ -127,6 +127,25 @@ class Recording(ABC):
         return DataError(problem, path=self.folder, remedy=f"{remedy}.")
 
 
+def check_sequence(name: str, there: Sequence[str], folder: Path) -> None:
+    """Refuse a sequence that a data set does not have.
+
+    Args:
+        name: The name that was asked for.
+        there: The names of those that it has.
+        folder: The folder that the message names.
+
+    Raises:
+        DataError: There is no such sequence.
+    """
+    if name not in there:
+        raise DataError(
+            f"There is no sequence {name}.",
+            path=folder,
+            remedy=f"There are {', '.join(there) or 'none'}.",
+        )
+
+
 def frame_numbers(folder: Path, digits: int, suffix: str) -> tuple[int, ...]:
     """Sorted numbers of the files in a folder that are named by so many digits and the suffix."""
     name = re.compile(rf"([0-9]{{{digits}}}){re.escape(suffix)}")

@@ -10,9 +10,8 @@ from typing import Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.layouts import KittiLayout
+from avsec_gym.progress import Progress
 
-Progress = Callable[[int, int], None]
-"""Called with the files done and the files in all."""
 Sizes = dict[str, tuple[int, int]]
 """Width and height of images by the stem of their names."""
 FileCheck = Callable[[Path, Counter[str], Sizes], None]

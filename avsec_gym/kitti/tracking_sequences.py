@@ -15,7 +15,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.kitti.calibration import read_calibration
 from avsec_gym.kitti.oxts import Oxts, read_oxts_table
 from avsec_gym.kitti.oxts_poses import poses_from_oxts
-from avsec_gym.kitti.recording import Recording, frame_numbers, subfolders
+from avsec_gym.kitti.recording import Recording, check_sequence, frame_numbers, subfolders
 from avsec_gym.kitti.tracking import TrackedBoxes, read_tracking_labels
 from avsec_gym.storage.regular_files import is_file, is_folder
 
@@ -65,12 +65,7 @@ class KittiTracking:
         Raises:
             DataError: There is no such sequence.
         """
-        if name not in self.sequences():
-            raise DataError(
-                f"There is no sequence {name}.",
-                path=self.folder,
-                remedy=f"There are {', '.join(self.sequences())}.",
-            )
+        check_sequence(name, self.sequences(), self.folder)
         return TrackingSequence(self.folder, name)
 
 

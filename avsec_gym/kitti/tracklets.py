@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
-from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.geometry import Floats, Integers, transform_points
 from avsec_gym.kitti.label_ranges import LARGEST_LABEL
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.storage.xml_tree import Element, read_xml
@@ -26,7 +25,6 @@ INTERPOLATED, LABELLED = 1, 2
 IN_IMAGE, TRUNCATED, OUT_OF_IMAGE, BEHIND_IMAGE = 0, 1, 2, 99
 """Values of `Tracklet.truncation`; -1 is unset."""
 
-Integers = NDArray[np.int64]
 
 _POSE = ("tx", "ty", "tz", "rx", "ry", "rz")
 _LEVELS = ("state", "occlusion", "truncation")

@@ -19,7 +19,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.metrics.average_precision_curves import (
     average_precisions,
     best_average_precisions,
@@ -35,7 +35,7 @@ from avsec_gym.metrics.average_precision_frames import (
     label_status,
     pooled,
 )
-from avsec_gym.metrics.average_precision_matching import Integers, match, overlaps
+from avsec_gym.metrics.average_precision_matching import match, overlaps
 from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 
 METRICS = ("2d", "bev", "3d", "aos")

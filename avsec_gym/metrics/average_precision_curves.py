@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.kernels import kernel
-from avsec_gym.metrics.average_precision_matching import Events, Integers
+from avsec_gym.metrics.average_precision_matching import Events
 
 SLOTS = 41
 """Recall 0, 1/40, ..., 1."""

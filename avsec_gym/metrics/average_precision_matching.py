@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.box_overlap import overlap_area
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.kernels import kernel
 from avsec_gym.kitti.labels import DONT_CARE
 from avsec_gym.metrics.average_precision_frames import COUNTED, OTHER, CountStatus, Extents, Objects
 
-Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 

@@ -28,13 +28,11 @@ from functools import cached_property
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import rankdata
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.metrics.estimate import Estimate
-
-Integers = NDArray[np.int64]
 
 LOW_AND_HIGH = (0.025, 0.975)
 """Levels of samples at which a 95 % percentile interval ends."""

@@ -16,6 +16,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.labels import write_detections
+from avsec_gym.progress import Progress
 from avsec_gym.registry import make
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.regular_files import is_there
@@ -49,7 +50,7 @@ def write_result_folder(
     out: str | Path,
     *,
     workers: int = 1,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Progress | None = None,
 ) -> WrittenFrames:
     """Write what a detector sees as ``000107.txt`` and so on, empty where it finds nothing.
 

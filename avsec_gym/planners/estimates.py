@@ -14,7 +14,7 @@ from avsec_gym.planners.goal import GoalArrays
 from avsec_gym.planners.primitives import MotionPrimitives
 
 
-class Limits(NamedTuple):
+class HeuristicLimits(NamedTuple):
     """The ego vehicle and what bounds the heuristic."""
 
     half_length: float
@@ -27,14 +27,14 @@ class Limits(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def limits_of(primitives: MotionPrimitives) -> Limits:
+def heuristic_limits(primitives: MotionPrimitives) -> HeuristicLimits:
     """The limits of a vehicle that drives a set of primitives."""
     vehicle = primitives.vehicle
     heading = primitives.states[..., 3]
     centre = primitives.states[..., :2] + vehicle.rear_axle * np.stack(
         [np.cos(heading), np.sin(heading)], axis=-1
     )
-    return Limits(
+    return HeuristicLimits(
         half_length=vehicle.length / 2,
         half_width=vehicle.width / 2,
         centre_offset=vehicle.rear_axle,
@@ -99,8 +99,8 @@ def steps_in_time(nearest: float, step: int, windows: NDArray[np.int64]) -> floa
     """
     best = np.inf
     for g in range(windows.shape[0]):
-        soonest = max(nearest, float(windows[g, 0] - step))
-        if soonest <= windows[g, 1] - step:
+        soonest, latest = _steps_in_window(nearest, step, windows, g)
+        if soonest <= latest:
             best = min(best, soonest)
     return best
 
@@ -130,8 +130,7 @@ def steps_to_goal(
     # may be reached sooner.
     best = np.inf
     for g in range(windows.shape[0]):
-        soonest = max(nearest, float(windows[g, 0] - step))
-        latest = windows[g, 1] - step
+        soonest, latest = _steps_in_window(nearest, step, windows, g)
         if soonest > latest or soonest >= best:
             continue
         for j in range(int(soonest), latest + 1):
@@ -140,6 +139,14 @@ def steps_to_goal(
             if _may_reach(x, y, heading, cos, sin, reach[follow, j], g, intervals, boxes):
                 best = float(j)
     return best
+
+
+@kernel(nogil=True)
+def _steps_in_window(
+    nearest: float, step: int, windows: NDArray[np.int64], goal: int
+) -> tuple[float, int]:
+    """The fewest and the most time steps after which a goal counts, by air and by its window."""
+    return max(nearest, float(windows[goal, 0] - step)), windows[goal, 1] - step
 
 
 @kernel(nogil=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
-from avsec_gym.planners.estimates import Limits, limits_of
+from avsec_gym.planners.estimates import HeuristicLimits, heuristic_limits
 from avsec_gym.planners.goal import GoalArrays, goal_arrays, reaches
 from avsec_gym.planners.primitives import MotionPrimitives, PrimitiveArrays
 from avsec_gym.planners.reachability import reach_table
@@ -34,7 +34,7 @@ class Problem(NamedTuple):
     branching: int
     """Most primitives that follow one."""
     goals: GoalArrays
-    limits: Limits
+    limits: HeuristicLimits
     reach: Floats
     """Table of `avsec_gym.planners.reachability`; without rows, other bounds are used alone."""
     start: Floats
@@ -94,7 +94,7 @@ def problem_of(
         primitives=primitives.arrays,
         branching=max(len(root), int(np.diff(primitives.arrays.first_successor).max())),
         goals=laid_out,
-        limits=limits_of(primitives),
+        limits=heuristic_limits(primitives),
         reach=_NO_TABLE if reference else reach_table(primitives, horizon),
         start=np.array([x, y, start.heading]),
         speed=speed,
@@ -134,7 +134,7 @@ def named(parts: Any) -> Problem:
         PrimitiveArrays(*parts[1]),
         parts[2],
         GoalArrays(*parts[3]),
-        Limits(*parts[4]),
+        HeuristicLimits(*parts[4]),
         parts[5],
         parts[6],
         parts[7],

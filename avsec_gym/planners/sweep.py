@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 from avsec_gym.planners.collision import CollisionWorld, touches_edge, touches_piece, within_edges
-from avsec_gym.planners.estimates import Limits
+from avsec_gym.planners.estimates import HeuristicLimits
 from avsec_gym.planners.goal import GoalArrays, reaches
 from avsec_gym.planners.search_state import COS, HEADING, SIN, X, Y
 
@@ -140,7 +140,7 @@ def drives_freely(
     reference: bool,
     states: Floats,
     sweep: Floats,
-    limits: Limits,
+    limits: HeuristicLimits,
     world: CollisionWorld,
     blocks: Floats,
     placed: Floats,

@@ -30,7 +30,7 @@ class RayCellWorker(CellWorker):
 
 
 @dataclass
-class _Actor:
+class _RayActor:
     """One worker, from when it was asked for."""
 
     handle: Any
@@ -114,10 +114,10 @@ class RayWorkers:
         for actor in self._actors:
             self._ray.kill(actor.handle)
 
-    def _start(self) -> _Actor:
+    def _start(self) -> _RayActor:
         machines = self._cluster.living()
         handle = self._kind.remote(*self._arguments)
-        return _Actor(handle, handle.machine.remote(), machines)
+        return _RayActor(handle, handle.machine.remote(), machines)
 
     def _beginning(self, number: int) -> Ready | Died:
         actor = self._actors[number]
@@ -143,7 +143,7 @@ class RayWorkers:
             return self._death(actor, error, at_work=True)
         return outcome
 
-    def _death(self, actor: _Actor, error: Exception, at_work: bool) -> Died:
+    def _death(self, actor: _RayActor, error: Exception, at_work: bool) -> Died:
         errors = self._ray.exceptions
         # Only these tell of the actor's own process; the others tell of its machine, of what
         # stood on it, or of the way to it.

@@ -14,6 +14,7 @@ from pathlib import Path
 from avsec_gym.argument_checks import thread_number
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.runs.cell_worker import Failed
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment, with_defaults
 from avsec_gym.runs.fingerprints import environment
@@ -77,7 +78,7 @@ def run_experiments(
     threads: int | None = None,
     backend: Backend = Backend.LOCAL,
     retry: bool = False,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
     besides: Collection[str] = (),
 ) -> RunSummary:
     """Do the cells that the experiments need, in a folder that holds the run.

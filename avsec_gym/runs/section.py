@@ -23,18 +23,17 @@ from markupsafe import Markup
 
 from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.drawing.page_table import Table
+from avsec_gym.progress import Progress, no_progress
 
 if TYPE_CHECKING:
     from avsec_gym.runs.run_folder import RunFolder
 
 SectionPart = Table | Figure | Markup
 """A table, a figure, or HTML that an experiment makes itself."""
-OnProgress = Callable[[int, int], None]
-"""Called with the number of those done and that of all."""
 
 
-def _no_progress(what: str) -> AbstractContextManager[OnProgress]:
-    return nullcontext(lambda done, total: None)
+def _no_progress(what: str) -> AbstractContextManager[Progress]:
+    return nullcontext(no_progress)
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class ReportRequest:
     looked_at: int = 0
     keeps_pictures: bool = False
     experiments: Sequence[str] = ()
-    progress: Callable[[str], AbstractContextManager[OnProgress]] = _no_progress
+    progress: Callable[[str], AbstractContextManager[Progress]] = _no_progress
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import numpy as np
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.progress import Progress
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.evidence.disparity_error import MEASURES
@@ -29,9 +30,6 @@ from avsec_gym.validation.likelihood.likelihood_of_clean import (
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.thresholds import ThresholdTable, shares_of
-
-Progress = Callable[[int, int], object]
-"""Is called with frames done and frames in all, of those that were not measured before."""
 
 
 @dataclass(frozen=True)

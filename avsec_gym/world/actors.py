@@ -7,10 +7,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.world.assets import Assets, seed_of
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

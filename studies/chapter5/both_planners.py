@@ -9,7 +9,7 @@ network is needed.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,7 @@ from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.many_comparisons import ALPHA, holm_adjusted
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.report.markdown_table import interval, markdown_table, number, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -95,7 +96,7 @@ def both_planners(
     scenes: FrameScenes,
     motion: Motion,
     threshold: float,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> BothPlanners:
     """Plan with GBFS on the detections of a run, and set it beside A*.
 
@@ -177,40 +178,14 @@ def page(found: BothPlanners, command: str) -> str:
             "",
             "## Rates",
             "",
-            *markdown_table(
-                ["detector", "attack", "planner", "success", "collisions", "safe driving",
-                 *map(str, Intention)],
-                [
-                    [
-                        *_names(row.condition),
-                        _WORDS[Algorithm(row.planner)],
-                        share(row.rates.success_rate),
-                        share(row.rates.collision_rate),
-                        _safe(row.rates),
-                        *(share(row.by_intention[way]) for way in Intention),
-                    ]
-                    for row in found.rows
-                ],
-            ),
+            *_rates_table(found.rows),
             "",
             "In %, the three intentions together; behind it safe driving by intention. In brackets:"
             " 95 % intervals, the intentions of a scene being one cluster.",
             "",
             "## GBFS against A*",
             "",
-            *markdown_table(
-                ["detector", "attack", "safe driving, GBFS less A*", "p, corrected",
-                 "more taken with GBFS"],
-                [
-                    [
-                        *_names(row.condition),
-                        interval(row.more_safe.value, row.more_safe.interval),
-                        number(row.p_holm, 3),
-                        interval(row.more_lost.value, row.more_lost.interval),
-                    ]
-                    for row in found.differences
-                ],
-            ),
+            *_differences_table(found.differences),
             "",
             "In percentage points, in brackets 95 % bootstrap intervals over the same scenarios. p:"
             " by Holm’s method for the number of rows. More taken: what the attack takes of safe"
@@ -220,31 +195,92 @@ def page(found: BothPlanners, command: str) -> str:
             "",
             "## The chapter's question with each planner",
             "",
-            *markdown_table(
-                ["planner", "detector", "family", "attacks", "ρ", "exchange rate",
-                 "pairs with it", "against it", "undecided"],
-                [
-                    [
-                        _WORDS[Algorithm(planner)],
-                        detector_name(row.detector),
-                        row.family,
-                        str(row.correlation.attacks),
-                        interval(row.correlation.rho, row.correlation.interval, 2),
-                        interval(row.exchange_rate.value, row.exchange_rate.interval, 2),
-                        *map(str, (row.pairs.concordant, row.pairs.discordant,
-                                   row.pairs.undecided)),
-                    ]
-                    for planner, families in found.families.items()
-                    for row in families.rows
-                ],
-            ),
+            *_families_table(found.families),
             "",
             "ρ: Spearman’s rank correlation of what attacks take of average precision with what"
             " they take of safe driving. Exchange rate: points of safe driving lost for each point"
             " of average precision. Pairs are sure after Holm’s correction for all of a detector.",
             "",
         ]
-    )  # fmt: skip
+    )
+
+
+def _rates_table(rows: Sequence[PlannerUnderAttack]) -> list[str]:
+    """Success, collisions and safe driving of each condition and planner."""
+    return markdown_table(
+        [
+            "detector",
+            "attack",
+            "planner",
+            "success",
+            "collisions",
+            "safe driving",
+            *map(str, Intention),
+        ],
+        [
+            [
+                *_names(row.condition),
+                _WORDS[Algorithm(row.planner)],
+                share(row.rates.success_rate),
+                share(row.rates.collision_rate),
+                _safe(row.rates),
+                *(share(row.by_intention[way]) for way in Intention),
+            ]
+            for row in rows
+        ],
+    )
+
+
+def _differences_table(differences: Sequence[PlannerDifference]) -> list[str]:
+    """GBFS against A* under each condition."""
+    return markdown_table(
+        [
+            "detector",
+            "attack",
+            "safe driving, GBFS less A*",
+            "p, corrected",
+            "more taken with GBFS",
+        ],
+        [
+            [
+                *_names(row.condition),
+                interval(row.more_safe.value, row.more_safe.interval),
+                number(row.p_holm, 3),
+                interval(row.more_lost.value, row.more_lost.interval),
+            ]
+            for row in differences
+        ],
+    )
+
+
+def _families_table(families_of: Mapping[str, FamilyFigures]) -> list[str]:
+    """What each planner answers to the chapter's question."""
+    return markdown_table(
+        [
+            "planner",
+            "detector",
+            "family",
+            "attacks",
+            "ρ",
+            "exchange rate",
+            "pairs with it",
+            "against it",
+            "undecided",
+        ],
+        [
+            [
+                _WORDS[Algorithm(planner)],
+                detector_name(row.detector),
+                row.family,
+                str(row.correlation.attacks),
+                interval(row.correlation.rho, row.correlation.interval, 2),
+                interval(row.exchange_rate.value, row.exchange_rate.interval, 2),
+                *map(str, (row.pairs.concordant, row.pairs.discordant, row.pairs.undecided)),
+            ]
+            for planner, families in families_of.items()
+            for row in families.rows
+        ],
+    )
 
 
 def _sentence(rows: Sequence[PlannerDifference]) -> str:

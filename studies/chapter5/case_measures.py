@@ -7,7 +7,7 @@ recall over many scenes is that of all their cars.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,7 @@ from avsec_gym.metrics.support_distance import MISSED, support_distance_error
 from avsec_gym.metrics.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -65,7 +66,7 @@ def case_measures(
     motion: Motion,
     conditions: Sequence[Condition],
     threshold: float,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> CaseMeasures:
     """Measure every case of some conditions.
 

@@ -6,7 +6,7 @@ An oracle corrects each kind of error by the labels, and all else stays as it wa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -29,6 +29,7 @@ from avsec_gym.metrics.ghosts import SAME, ghosts, iou_from_above
 from avsec_gym.metrics.many_comparisons import holm_adjusted
 from avsec_gym.metrics.paired import paired_differences, scenario_p
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
@@ -72,7 +73,7 @@ def corrected_rows(
     scenes: FrameScenes,
     motion: Motion,
     threshold: float,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[CorrectedRow]:
     """Rates with each kind of error corrected, and the safe driving that this gains.
 

@@ -7,7 +7,7 @@ hide objects, costs no more on average.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -21,6 +21,7 @@ from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner, Planner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -139,7 +140,7 @@ def ghost_ceilings(
     seed: int = 0,
     *,
     planner: Planner | None = None,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> GhostCeilings:
     """Rates of cars that see the truth and ghosts, for every size, distance and number.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from avsec_gym.attacks.attack import LEFT
@@ -15,6 +15,7 @@ from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -47,7 +48,7 @@ def headroom_rows(
     scenarios: Sequence[str],
     motion: Motion,
     seed: int,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[HeadroomRow]:
     """Rates of cars without a detector: what missing everything costs, and seeing a ghost.
 

@@ -100,7 +100,7 @@ class PatchSignals:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedGhost:
+class PatchedGhost:
     """A frame, a place for a patch, and the ghost that it is to show."""
 
     frame: SensorFrame
@@ -215,7 +215,7 @@ def common_share(gradients: Tensor) -> float:
     return (n * share - 1) / (n - 1)
 
 
-def _trained(detector: DifferentiableDetector, one: PlacedGhost, steps: int) -> Tensor:
+def _trained(detector: DifferentiableDetector, one: PatchedGhost, steps: int) -> Tensor:
     """The grey levels of a patch that is trained where it stands, by Adam as all patches are."""
     pixels = Patch.grey().pixels.requires_grad_()
     optimizer = torch.optim.Adam([pixels], lr=8.0)
@@ -226,7 +226,7 @@ def _trained(detector: DifferentiableDetector, one: PlacedGhost, steps: int) -> 
     return pixels.detach()
 
 
-def _placed(scenes: PatchScenes, seed: Sequence[int]) -> PlacedGhost:
+def _placed(scenes: PatchScenes, seed: Sequence[int]) -> PatchedGhost:
     """A ghost somewhere, in some frame, where no real object could be taken for it."""
     random = np.random.default_rng(seed)
     while True:
@@ -237,7 +237,7 @@ def _placed(scenes: PatchScenes, seed: Sequence[int]) -> PlacedGhost:
         ghost = target_boxes(place, frame.calibration)
         apart = np.linalg.norm((truth.location - ghost.location)[:, ::2], axis=1)
         if (apart > 2 * NEAR).all():
-            return PlacedGhost(frame, place, ghost)
+            return PatchedGhost(frame, place, ghost)
 
 
 def _pictures(scenes: PatchScenes) -> Iterator[Tensor]:

@@ -13,6 +13,7 @@ from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner, Planner
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -29,7 +30,7 @@ def planned_anew(
     motion: Motion,
     conditions: Sequence[Condition],
     changes: Mapping[Name, Change],
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
     planner: Planner | None = None,
 ) -> dict[tuple[Condition, Name], list[SafetyRecord]]:
     """The episodes of every condition under every change, all intentions of a scenario together.

@@ -8,7 +8,7 @@ Plans anew on the detections that a run has stored, for several thresholds; no n
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -20,6 +20,7 @@ from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.report.markdown_table import markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -60,7 +61,7 @@ def threshold_rows(
     scenes: FrameScenes,
     motion: Motion,
     thresholds: Sequence[float] = THRESHOLDS,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[ThresholdRow]:
     """Rates by threshold: unattacked, under the last step of perturbations, and under patches.
 

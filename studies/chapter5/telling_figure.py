@@ -15,7 +15,7 @@ from avsec_gym.experiments.chapter5.attack_names import detector_name
 from studies.chapter5.telling_flips import FlipRow
 from studies.chapter5.telling_measures import ALL_ATTACKS, BOTH, MEASURES, MeasureRow
 
-Row = MeasureRow | FlipRow
+TellingRow = MeasureRow | FlipRow
 _COLOURS = ("#0b5ea8", "#e08a00", "#5b6673")
 _MARKS = ("o", "s", "D")
 
@@ -49,7 +49,7 @@ def draw_telling(
 
 def _draw(
     axes: Axes,
-    rows: Sequence[tuple[Row, float | None]],
+    rows: Sequence[tuple[TellingRow, float | None]],
     nothing: float,
     limits: tuple[float, float],
 ) -> None:

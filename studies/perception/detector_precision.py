@@ -120,7 +120,7 @@ def run(options: argparse.Namespace) -> DetectorPrecision:
 
 
 @dataclass(frozen=True, eq=False)
-class _Frames:
+class _PartFrames:
     """Labelled frames of one part of the assets."""
 
     data: KittiObject
@@ -132,13 +132,13 @@ class _Frames:
         return SeenScenes(self.described, self.truth, found)
 
 
-def _frames(options: argparse.Namespace, root: Path) -> _Frames:
+def _frames(options: argparse.Namespace, root: Path) -> _PartFrames:
     there = argparse.Namespace(**{**vars(options), "kitti": root})
     data, ids, truth = labelled_frames(there, NEEDED, _MAKE)
-    return _Frames(data, ids, truth, described(data, truth))
+    return _PartFrames(data, ids, truth, described(data, truth))
 
 
-def _other_part(options: argparse.Namespace, judged: _Frames) -> _Frames:
+def _other_part(options: argparse.Namespace, judged: _PartFrames) -> _PartFrames:
     """The frames to compare with; ConfigurationError if they are of the same part."""
     other = _frames(options, options.other_part)
     if other.described.assets == judged.described.assets:

@@ -15,7 +15,7 @@ from studies.reproduce.rows import (
     MOST,
     NEARLY_ALL,
     Claim,
-    Kind,
+    DataKind,
     Measured,
     ThesisRow,
     Unit,
@@ -70,14 +70,18 @@ def _impact() -> Iterator[ThesisRow]:
         (
             *(
                 measured(
-                    real.then(column), Kind.REAL, "real_frames", where, clusters=real.then("frames")
+                    real.then(column),
+                    DataKind.REAL,
+                    "real_frames",
+                    where,
+                    clusters=real.then("frames"),
                 )
                 for column, where in (("taken", "a plane"), ("car_taken", "a car's scan"))
             ),
             *(
                 measured(
                     believed.then(row(detector="pixor", kind=kind), "taken"),
-                    Kind.PROCEDURAL,
+                    DataKind.PROCEDURAL,
                     "believed",
                     where,
                 )
@@ -98,7 +102,7 @@ def _impact() -> Iterator[ThesisRow]:
 def _precisions(experiment: str, place: ResultField) -> tuple[Measured, ...]:
     """Average precision at each level: the thesis does not name its own."""
     return tuple(
-        measured(place.then(level), Kind.PROCEDURAL, experiment, level, "value")
+        measured(place.then(level), DataKind.PROCEDURAL, experiment, level, "value")
         for level in ("easy", "moderate", "hard")
     )
 
@@ -120,7 +124,7 @@ def _errors(place: str, scenario: str, number: int) -> Iterator[ThesisRow]:
             f"{scenario}: {what}",
             _READ[said],
             tuple(
-                measured(field(result, *steps), Kind.PROCEDURAL, "identification", matcher)
+                measured(field(result, *steps), DataKind.PROCEDURAL, "identification", matcher)
                 for result, matcher in _MATCHERS.items()
             ),
             Claim.AT_LEAST,
@@ -144,7 +148,7 @@ def _cases() -> Iterator[ThesisRow]:
                     *(
                         Measured(
                             _detected(result, scenario, 0.01, name).then("cases", ours),
-                            Kind.PROCEDURAL,
+                            DataKind.PROCEDURAL,
                             "identification",
                             f"{criterion} with {matcher}",
                             # Each frame is of a drive of its own: they are independent.
@@ -163,7 +167,7 @@ def _real_case(case: str, criterion: str) -> Measured:
     frames = field("identification_real", "frames")
     return measured(
         frames.then(_REAL_FRAME, "cases", case, criterion),
-        Kind.REAL,
+        DataKind.REAL,
         "real_frames",
         f"{_CRITERIA[criterion]} on one real frame",
         clusters=frames,
@@ -186,7 +190,7 @@ def _detection() -> Iterator[ThesisRow]:
             tuple(
                 measured(
                     _detected(result, scenario, rate, name),
-                    Kind.PROCEDURAL,
+                    DataKind.PROCEDURAL,
                     "identification",
                     f"{criterion} with {matcher}",
                     "average",
@@ -209,7 +213,7 @@ def _baseline() -> Iterator[ThesisRow]:
             tuple(
                 measured(
                     rows.then(row(scenario=scenario, iou=iou, rate=rate)),
-                    Kind.PROCEDURAL,
+                    DataKind.PROCEDURAL,
                     "object_level",
                     where,
                     "average",
@@ -236,7 +240,7 @@ def _errors_of_four() -> Iterator[ThesisRow]:
             f"S0, S1 and S3: {what}",
             _READ[said],
             tuple(
-                measured(field(result, *steps), Kind.PROCEDURAL, "identification", matcher)
+                measured(field(result, *steps), DataKind.PROCEDURAL, "identification", matcher)
                 for result, matcher in _MATCHERS.items()
             ),
             Claim.AT_LEAST,
@@ -264,7 +268,7 @@ def _curves_of_identification() -> Iterator[ThesisRow]:
             tuple(
                 measured(
                     _identified(result, "algorithm 2, error", rate).then("sensors", sensor),
-                    Kind.PROCEDURAL,
+                    DataKind.PROCEDURAL,
                     "identification",
                     matcher,
                 )
@@ -300,7 +304,7 @@ def _by_every_method(rate: float, steps: tuple[str, ...], value: str) -> tuple[M
     return tuple(
         measured(
             _identified(result, method, rate).then(*steps),
-            Kind.PROCEDURAL,
+            DataKind.PROCEDURAL,
             "identification",
             f"{name} with {matcher}",
             value,
@@ -328,7 +332,7 @@ def _sensitivity() -> Iterator[ThesisRow]:
         tuple(
             measured(
                 lidar.then(row(size=1.5), "precision", level),
-                Kind.PROCEDURAL,
+                DataKind.PROCEDURAL,
                 "sensitivity",
                 level,
                 "lost",
@@ -360,7 +364,7 @@ def _detected_by_size(
         f"{what} that are detected, r = 1 %",
         thesis,
         tuple(
-            measured(size.then("detected", name), Kind.PROCEDURAL, "sensitivity", criterion)
+            measured(size.then("detected", name), DataKind.PROCEDURAL, "sensitivity", criterion)
             for name, criterion in _CRITERIA.items()
         ),
         Claim.AT_LEAST,

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from avsec_gym.experiments.chapter4.detection_rates import PAIRS
 from avsec_gym.experiments.chapter4.settings import EXACT, USUAL
 from avsec_gym.experiments.chapter4.thesis import DETECTION, DISTANCE_BOUND
-from studies.reproduce.rows import MOST, Claim, Kind, Measured, ThesisRow, measured
+from studies.reproduce.rows import MOST, Claim, DataKind, Measured, ThesisRow, measured
 from studies.result_fields import field, row
 
 _CONDITIONS = {EXACT.name: "exact poses and clocks", USUAL.name: "erring poses and clocks"}
@@ -35,7 +35,7 @@ def _distances() -> Iterator[ThesisRow]:
             tuple(
                 measured(
                     _RESULT.then("distances", row(condition=condition), "below", state),
-                    Kind.PROCEDURAL,
+                    DataKind.PROCEDURAL,
                     "chapter4",
                     where,
                 )
@@ -65,7 +65,7 @@ def _detected(rate: float) -> Iterator[Measured]:
             columns = row(condition=condition, kind="ghost", method=method, of=of, rate=rate)
             yield measured(
                 _RESULT.then("detection", columns, "detected"),
-                Kind.PROCEDURAL,
+                DataKind.PROCEDURAL,
                 "chapter4",
                 f"{name} with {where}",
             )

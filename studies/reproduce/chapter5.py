@@ -15,7 +15,7 @@ from avsec_gym.experiments.thesis import (
 )
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
-from studies.reproduce.rows import NEARLY_ALL, Claim, Kind, Measured, ThesisRow, Unit, measured
+from studies.reproduce.rows import NEARLY_ALL, Claim, DataKind, Measured, ThesisRow, Unit, measured
 from studies.result_fields import ResultField, field, row
 
 _TWINS = "chapter5"
@@ -74,8 +74,8 @@ def _classifiers() -> Iterator[ThesisRow]:
             what,
             thesis,
             (
-                measured(real, Kind.REAL, "classifiers", value="accuracy", clusters=clusters),
-                measured(world, Kind.PROCEDURAL, "classifiers", value="accuracy"),
+                measured(real, DataKind.REAL, "classifiers", value="accuracy", clusters=clusters),
+                measured(world, DataKind.PROCEDURAL, "classifiers", value="accuracy"),
             ),
             Claim.AT_LEAST,
         )
@@ -113,7 +113,7 @@ def _precision() -> Iterator[ThesisRow]:
                 (
                     Measured(
                         place.then("ap11", number),
-                        Kind.TWIN,
+                        DataKind.TWIN,
                         _experiment(setting),
                         interval=place.then("ap11_interval", number),
                     ),
@@ -130,7 +130,7 @@ def _precision() -> Iterator[ThesisRow]:
             (
                 Measured(
                     place.then("ap11", number),
-                    Kind.TWIN,
+                    DataKind.TWIN,
                     "perturbation",
                     interval=place.then("ap11_interval", number),
                 ),
@@ -165,7 +165,7 @@ def _planners() -> Iterator[ThesisRow]:
             tuple(
                 measured(
                     field("driving_safety", group, columns),
-                    Kind.REAL,
+                    DataKind.REAL,
                     "driving_safety",
                     where,
                     "safe_driving_rate",
@@ -213,7 +213,7 @@ def _decoupling() -> Iterator[ThesisRow]:
             (
                 measured(
                     field(_TWINS, "decoupling", "rank_correlation", detector),
-                    Kind.TWIN,
+                    DataKind.TWIN,
                     "chapter5",
                     value="rho",
                 ),
@@ -290,7 +290,7 @@ def _spread() -> Iterator[ThesisRow]:
             thesis,
             (
                 Measured(
-                    field(_TWINS, "spread", columns, column), Kind.PROCEDURAL, "feature_spread"
+                    field(_TWINS, "spread", columns, column), DataKind.PROCEDURAL, "feature_spread"
                 ),
             ),
             claim,
@@ -300,7 +300,7 @@ def _spread() -> Iterator[ThesisRow]:
 
 
 def _twin(place: ResultField, column: str, experiment: str) -> Measured:
-    return measured(place, Kind.TWIN, experiment, value=column, interval=f"{column}_interval")
+    return measured(place, DataKind.TWIN, experiment, value=column, interval=f"{column}_interval")
 
 
 def _condition(setting: str, levels: bool = True) -> dict[str, str | float | bool]:

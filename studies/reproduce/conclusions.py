@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from avsec_gym.metrics.estimate import Estimate
-from studies.reproduce.rows import Claim, Kind, Unit
+from studies.reproduce.rows import Claim, DataKind, Unit
 
 WIDEST = {Unit.SHARE: 0.1, Unit.PERCENT: 10.0, Unit.NUMBER: 0.6}
 """An interval that is wider than this, and holds the thesis' value, decides nothing."""
@@ -15,7 +15,7 @@ LEAST_CLUSTERS = 5
 """What is measured on fewer frames, drives or scenes decides nothing."""
 
 
-class Decision(Enum):
+class ClaimDecision(Enum):
     """What one measurement decides of a value of the thesis."""
 
     CONFIRMED = "confirmed"
@@ -28,7 +28,7 @@ class Decision(Enum):
     @property
     def decides(self) -> bool:
         """Whether it is one of the first two."""
-        return self in (Decision.CONFIRMED, Decision.CONTRADICTED)
+        return self in (ClaimDecision.CONFIRMED, ClaimDecision.CONTRADICTED)
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class Decided:
         state: Of its sources, in a word: ``current``, ``stale`` or ``not made yet``.
     """
 
-    decision: Decision
-    kind: Kind
+    decision: ClaimDecision
+    kind: DataKind
     experiment: str
     where: str = ""
     state: str = "current"
@@ -52,7 +52,7 @@ class Decided:
 
 def decision(
     claim: Claim, thesis: float, ours: Estimate | None, widest: float, clusters: int | None = None
-) -> Decision:
+) -> ClaimDecision:
     """Hold an estimate against a value of the thesis.
 
     A value beyond the interval is contradicted, unless the thesis bounds it from one side and the
@@ -73,16 +73,16 @@ def decision(
         'contradicted'
     """
     if ours is None or ours.value is None:
-        return Decision.NOT_MEASURED
+        return ClaimDecision.NOT_MEASURED
     if clusters is not None and clusters < LEAST_CLUSTERS:
-        return Decision.TOO_FEW
+        return ClaimDecision.TOO_FEW
     if ours.interval is None:
-        return Decision.NO_INTERVAL
+        return ClaimDecision.NO_INTERVAL
     low, high = ours.interval
     if low <= thesis <= high:
-        return Decision.CONFIRMED if high - low <= widest else Decision.TOO_WIDE
+        return ClaimDecision.CONFIRMED if high - low <= widest else ClaimDecision.TOO_WIDE
     agrees = {Claim.IS: False, Claim.AT_LEAST: low > thesis, Claim.AT_MOST: high < thesis}
-    return Decision.CONFIRMED if agrees[claim] else Decision.CONTRADICTED
+    return ClaimDecision.CONFIRMED if agrees[claim] else ClaimDecision.CONTRADICTED
 
 
 def conclusion(decided: Sequence[Decided]) -> str:
@@ -95,22 +95,23 @@ def conclusion(decided: Sequence[Decided]) -> str:
         decided: One for each measurement.
 
     Example:
-        >>> at = [Decided(Decision.CONFIRMED, Kind.TWIN, "patch", "small discs")]
-        >>> conclusion([*at, Decided(Decision.CONTRADICTED, Kind.TWIN, "patch", "large ones")])
+        >>> small = Decided(ClaimDecision.CONFIRMED, DataKind.TWIN, "patch", "small discs")
+        >>> large = Decided(ClaimDecision.CONTRADICTED, DataKind.TWIN, "patch", "large ones")
+        >>> conclusion([small, large])
         'confirmed where small discs; contradicted where large ones, by `patch` (twin)'
     """
-    for kind in Kind:
+    for kind in DataKind:
         deciding = [each for each in decided if each.kind is kind and each.decision.decides]
         if deciding:
             return _of_kind(deciding)
     reasons = dict.fromkeys(each.decision.value for each in decided)
-    return f"open ({'; '.join(reasons) or Decision.NOT_MEASURED.value})"
+    return f"open ({'; '.join(reasons) or ClaimDecision.NOT_MEASURED.value})"
 
 
 def _of_kind(deciding: Sequence[Decided]) -> str:
     """The conclusion of measurements on one kind of data, each of which decides."""
-    confirmed = [each for each in deciding if each.decision is Decision.CONFIRMED]
-    contradicted = [each for each in deciding if each.decision is Decision.CONTRADICTED]
+    confirmed = [each for each in deciding if each.decision is ClaimDecision.CONFIRMED]
+    contradicted = [each for each in deciding if each.decision is ClaimDecision.CONTRADICTED]
     states = sorted({each.state for each in deciding} - {"current"})
     basis = f"({', '.join([deciding[0].kind.value, *states])})"
     if not contradicted:

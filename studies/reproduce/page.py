@@ -11,14 +11,14 @@ from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
 from studies.reproduce.conclusions import LEAST_CLUSTERS, WIDEST, Decided, conclusion, decision
-from studies.reproduce.rows import MOST, NEARLY_ALL, Claim, Kind, Measured, ThesisRow, Unit
+from studies.reproduce.rows import MOST, NEARLY_ALL, Claim, DataKind, Measured, ThesisRow, Unit
 from studies.result_fields import ResultField, bounds_at, is_made, number_at, study_of, value_at
 from studies.source_states import SourceState
 from studies.study import ROOT
 
 _COLUMNS = ("what", "thesis", "ours", "where", "kind", "field", "command", "sources", "conclusion")
 _DIGITS = 2
-_KINDS = tuple(kind.value for kind in Kind)
+_KINDS = tuple(kind.value for kind in DataKind)
 _SLIP = "not judged: it does not follow from the rest of its table"
 
 

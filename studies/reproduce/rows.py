@@ -8,7 +8,7 @@ from enum import Enum
 from studies.result_fields import ResultField
 
 
-class Kind(Enum):
+class DataKind(Enum):
     """What data a figure of ours is measured on, the weightiest first."""
 
     REAL = "real"
@@ -65,7 +65,7 @@ class Measured:
     """
 
     value: ResultField
-    kind: Kind
+    kind: DataKind
     experiment: str
     where: str = ""
     interval: ResultField | None = None
@@ -75,7 +75,7 @@ class Measured:
 
 def measured(
     place: ResultField,
-    kind: Kind,
+    kind: DataKind,
     experiment: str,
     where: str = "",
     value: str = "rate",

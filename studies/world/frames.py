@@ -14,12 +14,12 @@ import numpy as np
 
 from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.progress import Progress
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.capture import Capture, Lidar, render
 from avsec_gym.world.export import (
-    Progress,
     cache_folder,
     make_data_set,
     twin_rig,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.cli import run
-from avsec_gym.commands.judged_instants import summary
+from avsec_gym.commands.instant_summary import summary
 from avsec_gym.drawing import rerun_instant, rerun_stream
 from avsec_gym.drawing.connected_picture import draw_connected
 from avsec_gym.errors import DataError

@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.closed_loop.drive_film import DriveFilm
 from avsec_gym.drawing.film_picture import CONTACT, GROUND, UNSEEN, FilmView, film_picture
-from avsec_gym.drawing.film_strip import Shown, clip, film_strip, gif, strip_instants
+from avsec_gym.drawing.film_strip import ShownDrive, clip, film_strip, gif, strip_instants
 from avsec_gym.drawing.scenario_picture import BELIEVED, EGO, GOAL, REAL, ROAD
 
 VIEW = FilmView((300, 60), 5.0, "right", 10.0)
@@ -87,7 +87,7 @@ def test_only_what_is_believed_otherwise_is_dashed() -> None:
 @pytest.mark.parametrize(("every", "instants"), [(1, [0, 10, 20]), (2, [0, 20])])
 def test_a_strip_has_each_second_and_the_end(every: int, instants: list[int]) -> None:
     assert strip_instants(film(), every) == instants
-    shown = Shown("truth", film(), "goal", False)
+    shown = ShownDrive("truth", film(), "goal", False)
     wide, narrow = film_strip(shown, 5), film_strip(shown, 3)
     assert wide.shape[1] > narrow.shape[1]
     np.testing.assert_array_equal(wide[:, : narrow.shape[1]], narrow)
@@ -96,7 +96,9 @@ def test_a_strip_has_each_second_and_the_end(every: int, instants: list[int]) ->
 def test_a_clip_waits_for_the_longest_drive() -> None:
     whole, cut = film(), film()
     cut = replace(cut, times=cut.times[:5], car=cut.car[:5], braking=cut.braking[:5])
-    images = clip([Shown("truth", whole, "goal", False), Shown("blind", cut, "collision", True)])
+    images = clip(
+        [ShownDrive("truth", whole, "goal", False), ShownDrive("blind", cut, "collision", True)]
+    )
     assert len(images) > 21
     half = images[0].shape[0] // 2
     np.testing.assert_array_equal(images[6][half:], images[20][half:])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.drawing.film_strip import Shown, clip
+from avsec_gym.drawing.film_strip import ShownDrive, clip
 from avsec_gym.drawing.found_and_true import draw_frame, draw_frames_from_above
 from avsec_gym.drawing.precision_recall import draw_precision_recall
 from avsec_gym.drawing.scenario_picture import draw_episode, picture_array
@@ -33,4 +33,4 @@ def test_any_name_is_drawn(name: str, tmp_path: Path) -> None:
     picture_array(draw_frame(frame, nothing, {name: nothing}, title=name))
     picture_array(draw_frames_from_above({name: (nothing, {name: nothing})}))
     picture_array(draw_precision_recall(average_precision([nothing], [nothing]), title=name))
-    clip([Shown(name, film(), name, bad=False)])
+    clip([ShownDrive(name, film(), name, bad=False)])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.drawing.film_strip import Shown
+from avsec_gym.drawing.film_strip import ShownDrive
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.pipeline import run_episode
@@ -203,7 +203,7 @@ def test_a_scene_moves_as_it_was_planned(heard: list[Heard], tmp_path: Path) -> 
 
 def test_drives_are_on_one_timeline(heard: list[Heard], tmp_path: Path) -> None:
     path = tmp_path / "drive.rrd"
-    rerun_drives.write_drives_recording([Shown("truth", film(), "goal", False)], path)
+    rerun_drives.write_drives_recording([ShownDrive("truth", film(), "goal", False)], path)
     assert path.read_bytes()[:3] == b"RRF"
     assert heard[0].instants == 21
     goal = values(heard[0].of["truth/goal", "LineStrips2D"].strips).reshape(-1, 2)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.planners.collision import FOR_EVER, CollisionWorld, collides, obstacle_world
-from avsec_gym.planners.estimates import Limits
+from avsec_gym.planners.estimates import HeuristicLimits
 from avsec_gym.planners.goal import goal_arrays, reaches
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.planners.sweep import drives_freely, edge_blocks, first_in_goal, may_meet
@@ -19,7 +19,7 @@ from avsec_gym.scenario.planning_scenario import Goal
 from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Polygon, Rectangle
 
-LIMITS = Limits(BMW_320I.length / 2, BMW_320I.width / 2, BMW_320I.rear_axle, 0.1, 5.0)
+LIMITS = HeuristicLimits(BMW_320I.length / 2, BMW_320I.width / 2, BMW_320I.rear_axle, 0.1, 5.0)
 SLOW, FAST = generate_primitives((6.0, 8.0)), generate_primitives((40.0, 50.0), steering_angles=5)
 BAR = ((20.0, -20.0), (20.0, 20.0), (20.4, 20.0), (20.4, -20.0))
 """A bar across the way, thinner than what a fast car drives in one time step."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.attacked_episodes import attacked_cells
+from avsec_gym.experiments.chapter5.attacked_cells import attacked_cells
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread, SpreadExtent
 from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, PatchSpreads
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of

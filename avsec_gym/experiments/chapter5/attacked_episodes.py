@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
 
-from avsec_gym.attacks.attack import LEFT, RIGHT, Victim, quantised
-from avsec_gym.attacks.loss_gradient import total_loss
+from avsec_gym.attacks.attack import Victim
 from avsec_gym.attacks.noise import RandomNoise
 from avsec_gym.attacks.patch import PatchAttack
-from avsec_gym.attacks.patch_ghosts import ghost_box, target_boxes
-from avsec_gym.attacks.patch_placement import PatchPlace
-from avsec_gym.attacks.perturbation import Perturbation
 from avsec_gym.attacks.texture import replace_texture
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5.scene_draw import drawn_scenes
+from avsec_gym.experiments.chapter5.look_measurements import look_measurements
+from avsec_gym.experiments.chapter5.looks import Look, patched_looks, perturbed_looks
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
-    DETECTORS,
     GREY_PATCHES,
     JOINT_PATCHES,
     PATCHES,
@@ -35,24 +29,16 @@ from avsec_gym.experiments.chapter5.settings import (
     THESIS_PGD,
     UNATTACKED,
     setting,
-    specific,
 )
 from avsec_gym.experiments.chapter5.stronger_attacks import (
     STRONGER_NAMES,
     STRONGER_OPTIONS,
-    chosen_attacks,
-    looked_at_steps,
     stronger_iterates,
 )
-from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector, trained_inputs
+from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector
 from avsec_gym.frame import SensorFrame
-from avsec_gym.metrics.ghosts import iou_from_above
-from avsec_gym.perception.detectors.detector import DifferentiableDetector
-from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.pipeline import Perception, Pipeline, PipelineRun
 from avsec_gym.runs.experiment import (
-    Cell,
     CellResult,
     Configuration,
     DetectionRow,
@@ -64,83 +50,6 @@ from avsec_gym.scenario.scene import Motion, Scene
 
 CLASSIFIER = "small"
 """The moving-object classifier of ``motion=classifier``, with the package's weights."""
-_WORK = "avsec_gym.experiments.chapter5.attacked_episodes:AttackedEpisodes"
-
-
-def attacked_cells(
-    configuration: Configuration,
-    attacks: Sequence[str],
-    detectors: Sequence[str] = DETECTORS,
-) -> list[Cell]:
-    """A cell for every scene, detector and attack, scene by scene."""
-    return [
-        Cell.of(_WORK, scene.id, detector=detector, attack=attack, scenario=scene.id)
-        for scene in scenes_of(configuration).scenes.scenes
-        for detector in detectors
-        for attack in attacks
-    ]
-
-
-def stronger_cells(
-    configuration: Configuration, detectors: Sequence[str] = DETECTORS
-) -> list[Cell]:
-    """A cell for every drawn scene, detector and stronger attack that the options name.
-
-    Raises:
-        ConfigurationError: There is no such attack, or no such draw or number of steps.
-    """
-    options = {**STRONGER_OPTIONS, **configuration.options}
-    attacks = chosen_attacks(options)
-    looked_at_steps(options)  # A slip is reported before anything is done.
-    ids = [scene.id for scene in scenes_of(configuration).scenes.labelled]
-    drawn = set(drawn_scenes(ids, options["drawn_scenes"], configuration.seed))
-    return [
-        cell
-        for cell in attacked_cells(configuration, attacks, detectors)
-        if cell.arguments["scenario"] in drawn
-    ]
-
-
-def attacked_inputs(
-    configuration: Configuration, detectors: Sequence[str] = DETECTORS
-) -> dict[str, Path]:
-    """Weights, patches and the images' manifests.
-
-    Raises:
-        ConfigurationError: There is no such motion, or weights are needed that are not named.
-        DataError: Weights are missing, or those of another network.
-    """
-    options = {**OPTIONS, **configuration.options}
-    trained = trained_inputs(detectors, options)
-    if Motion.named(options["motion"]) == Motion.CLASSIFIER:
-        trained["weights of the moving-object classifier"] = shipped_weights("motion_small")
-    roots = {data.root for data in scenes_of(configuration).data.values()}
-    manifests = {
-        f"frames {number}": root / "manifest.json"
-        for number, root in enumerate(sorted(roots), start=1)
-        if (root / "manifest.json").is_file()
-    }
-    return {**trained, **manifests}
-
-
-@dataclass(frozen=True, eq=False)
-class _Look:
-    """A frame that the car is shown, and the settings of its results."""
-
-    frame: SensorFrame
-    attack: str
-    strength: float = 0.0
-    intentions: tuple[Intention, ...] = tuple(Intention)
-    """The intentions of the episodes that follow."""
-    seen_as: str = ""
-    """Attack in the setting of detections, if it is not `attack`: a specific one has intentions."""
-    place: PatchPlace | None = None
-    """Place of a patch."""
-    ghost_width: float | None = None
-    """Width of the ghosts that the patch was trained towards, see `ghost_box`."""
-    whole_levels: bool = False
-    attacked: SensorFrame | None = None
-    """The frame that the attack began with; None: the clean one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +111,9 @@ class AttackedEpisodes:
             last = look.strength in (0, STEPS) or attack in STRONGER_NAMES
             if last and not look.whole_levels:
                 with result.timed("measuring"):
-                    _measure(result, look, scene, clean, victim, believed, losses=sheet)
+                    result.measurements.extend(
+                        look_measurements(look, scene, clean, victim, believed, losses=sheet)
+                    )
 
     def again(
         self,
@@ -241,26 +152,26 @@ class AttackedEpisodes:
 
     def _looks(
         self, attack: str, scene: Scene, clean: SensorFrame, victim: Victim
-    ) -> Iterator[_Look]:
+    ) -> Iterator[Look]:
         seed = (self._seed, scene.number)
         kind, _, rest = attack.partition("-")
         if attack == UNATTACKED:
-            yield _Look(clean, attack)
+            yield Look(clean, attack)
         elif kind == THESIS_PGD:
-            yield from _perturbed(attack, float(rest), clean, victim)
+            yield from perturbed_looks(attack, float(rest), clean, victim)
         elif kind == "noise":
             noisy = RandomNoise(STEPS * float(rest)).attack(clean, victim, seed)
-            yield _Look(noisy, attack, STEPS)
+            yield Look(noisy, attack, STEPS)
         elif attack == TEXTURE:
             changed = replace_texture(clean, roadside_of(self._scenes, scene), seed)
-            yield _Look(changed, attack)
-            yield from _perturbed(TEXTURE_ATTACKED, 1.0, changed, victim)
+            yield Look(changed, attack)
+            yield from perturbed_looks(TEXTURE_ATTACKED, 1.0, changed, victim)
         elif attack in PATCHES + JOINT_PATCHES + GREY_PATCHES:
             patch = PatchAttack(self._patch(kind, victim.detector.name), rest)  # type: ignore[arg-type]
-            yield from _patched(attack, patch, clean, victim, seed)
+            yield from patched_looks(attack, patch, clean, victim, seed)
         elif attack in STRONGER_NAMES:
             for n, frame in stronger_iterates(attack, clean, victim, self._options, seed):
-                yield _Look(frame, attack, n)
+                yield Look(frame, attack, n)
         else:
             raise ConfigurationError(f"chapter 5 has no attack {attack!r}")
 
@@ -289,39 +200,7 @@ class AttackedEpisodes:
         return self._pipelines[detector]
 
 
-def _perturbed(attack: str, alpha: float, before: SensorFrame, victim: Victim) -> Iterator[_Look]:
-    """Every n, as the attack leaves the pixels, and as a camera would deliver them."""
-    iterates = Perturbation(alpha, steps=STEPS).iterates(before, victim)
-    for n, frame in enumerate(iterates, start=1):
-        yield _Look(frame, attack, n, attacked=before)
-        if not alpha.is_integer():  # Steps of whole levels leave nothing to round.
-            yield _Look(quantised(frame), attack, n, whole_levels=True)
-
-
-def _patched(
-    attack: str, patch: PatchAttack, clean: SensorFrame, victim: Victim, seed: tuple[int, int]
-) -> Iterator[_Look]:
-    """One look for all intentions, or for each its own; a printed patch has whole levels anyway."""
-    if patch.placement == "random":
-        place = patch.placed(clean, victim, seed)
-        frame = quantised(patch.attack(clean, victim, seed))
-        yield _Look(frame, attack, place=place, ghost_width=patch.ghost_width)
-        return
-    for number, intention in enumerate(Intention):
-        aimed = replace(victim, intention=intention)
-        place = patch.placed(clean, aimed, (*seed, number))
-        frame = quantised(patch.attack(clean, aimed, (*seed, number)))
-        yield _Look(
-            frame,
-            attack,
-            intentions=(intention,),
-            seen_as=specific(attack, intention),
-            place=place,
-            ghost_width=patch.ghost_width,
-        )
-
-
-def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Boxes3D:
+def _take(result: _Result, look: Look, scene: Scene, pipeline: Pipeline) -> Boxes3D:
     """Add detections, and the episodes that follow; returns the boxes that are planned on."""
     name = pipeline.detector.name
     with result.timed("detector"):
@@ -351,55 +230,3 @@ def with_known_motion(perception: Perception, threshold: float) -> Boxes3D:
     moving = np.zeros(len(detections), bool)
     moving[detections.score >= threshold] = flags
     return replace(detections, moving=moving)
-
-
-def _measure(
-    result: _Result,
-    look: _Look,
-    scene: Scene,
-    clean: SensorFrame,
-    victim: Victim,
-    believed: Boxes3D,
-    *,
-    losses: bool,
-) -> None:
-    """Add the largest change of a grey level, a patch's place, and the losses that it aims at.
-
-    ``loss`` is that to the truth, which perturbations raise; ``ghost_loss`` that to b*, which a
-    patch lowers, from ``clean_ghost_loss``, measured where it is placed at random; ``ghost_seen``
-    is 1 where the planner gets a box that meets the patch's ghost on the ground.
-    """
-    before = clean if look.attacked is None else look.attacked
-    changes = [
-        np.abs(np.subtract(look.frame.image(camera), before.image(camera), dtype=float)).max()
-        for camera in (LEFT, RIGHT)
-    ]
-    numbers = {"change": float(max(changes))}
-    detector = victim.detector if losses else None
-    if look.place is None:
-        if isinstance(detector, DifferentiableDetector):
-            numbers["loss"] = _loss(detector, look.frame, victim.truth, victim.disparity)
-    else:
-        aim = look.place.intention(clean.image(LEFT).shape[1])
-        numbers["attack_intention"] = list(Intention).index(aim)
-        ghost = ghost_box(look.place, clean.calibration, look.ghost_width)
-        overlap = iou_from_above(believed, ghost)
-        numbers["ghost_seen"] = float((overlap > 0).any())
-        if not look.seen_as and isinstance(detector, DifferentiableDetector):
-            ghosts = target_boxes(look.place, clean.calibration, victim.truth, look.ghost_width)
-            numbers["clean_ghost_loss"] = _loss(detector, clean, ghosts)
-            numbers["ghost_loss"] = _loss(detector, look.frame, ghosts)
-    filed = setting(victim.detector.name, look.seen_as or look.attack)
-    for name, value in numbers.items():
-        result.measurements.append(Measurement(filed, scene.id, name, value, look.strength))
-
-
-def _loss(
-    detector: DifferentiableDetector,
-    frame: SensorFrame,
-    boxes: Boxes3D,
-    disparity: NDArray[np.float32] | None = None,
-) -> float:
-    known = None if disparity is None else torch.from_numpy(disparity)[None]
-    with torch.no_grad():
-        return float(total_loss(detector, batch_of_frames([frame]), [boxes], known))

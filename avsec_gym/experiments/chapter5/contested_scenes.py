@@ -8,7 +8,7 @@ episodes only; precision is that of the scenes which have one, whatever the inte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from avsec_gym.experiments.chapter5.decoupling import Decoupling, decoupling
 from avsec_gym.experiments.chapter5.families import FamilyFigures, family_figures
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.runs.results import Results
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
@@ -99,7 +100,7 @@ class ContestedResults:
 def contested_episodes(
     outcomes: Outcomes,
     scenes: Sequence[Scene],
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> frozenset[ContestedEpisode]:
     """The contested episodes of a run's scenarios.
 
@@ -137,7 +138,7 @@ def contested_outcomes(outcomes: Outcomes, episodes: Collection[ContestedEpisode
 def contested_figures(
     outcomes: Outcomes,
     scenes: Sequence[Scene],
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> ContestedFigures | None:
     """Losses, correlation and families where it matters what a car sees.
 

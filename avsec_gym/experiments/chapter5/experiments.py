@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from avsec_gym.experiments.chapter5.attacked_episodes import (
+from avsec_gym.experiments.chapter5.attacked_cells import (
     attacked_cells,
     attacked_inputs,
     stronger_cells,

@@ -37,8 +37,8 @@ from avsec_gym.experiments.chapter5.tables import (
     safety_rows,
 )
 from avsec_gym.experiments.json_rows import FLAT, OPTIONAL, keyed
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.runs.run_folder import RunFolder
-from avsec_gym.runs.section import OnProgress
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class ChapterFigures:
 
 
 def chapter_figures(
-    run: RunFolder, outcomes: Outcomes, on_progress: OnProgress = lambda done, total: None
+    run: RunFolder, outcomes: Outcomes, on_progress: Progress = no_progress
 ) -> ChapterFigures:
     """Measure all of them.
 

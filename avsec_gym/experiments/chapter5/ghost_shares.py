@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from avsec_gym.experiments.chapter5.ghost_positions import (
@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter5.ghost_positions import (
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.scenes import road_view_of
 from avsec_gym.experiments.json_rows import FLAT
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.frame_scenes import FrameScenes
 
 _SHOWN = 1000
@@ -42,7 +43,7 @@ def ghost_rows(
     outcomes: Outcomes,
     scenes: FrameScenes,
     threshold: float,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[GhostRow]:
     """Shares of ghosts on the road, of perturbations the strongest; from what a run has stored.
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.patch_files import Patch, load_patch
-from avsec_gym.experiments.chapter5.attacked_episodes import attacked_inputs
+from avsec_gym.experiments.chapter5.attacked_cells import attacked_inputs
 from avsec_gym.experiments.chapter5.feature_spread import (
     LAYERS,
     FeatureSpread,

@@ -7,7 +7,6 @@ nothing is to blame for a collision and one that sees all reaches its goal.
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from avsec_gym.drives.scene_figures import KEY_OF_STRIPS, scene_figure, shown_dr
 from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.drives.telling import DrivenScene, by_scene, outcome_in_words
 from avsec_gym.errors import DataError
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.runs.section import Section
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.storage.json_files import read_json_object
@@ -57,7 +57,7 @@ def drive_on(
     out: Path,
     seed: int,
     jobs: int = 1,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> None:
     """Make the drives, or those that are missing.
 

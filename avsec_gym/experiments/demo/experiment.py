@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter5.attacked_episodes import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.attacked_cells import attacked_cells, attacked_inputs
 from avsec_gym.experiments.chapter5.scenes import OPTIONS
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,

@@ -12,9 +12,9 @@ from avsec_gym.argument_checks import camera_number
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration, psmnet_loss
-from avsec_gym.perception.presets import checked_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, card_of, check_weights, give_weights
+from avsec_gym.perception.weights.edition import chosen_edition
+from avsec_gym.perception.weights.given import Weights, check_weights, give_weights
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.recorded import recorded_corners
 
@@ -50,15 +50,12 @@ class PsmNetDepth:
         left: int = 2,
         right: int = 3,
     ) -> None:
-        preset = configuration if isinstance(configuration, str) else "small"
         self.left, self.right = camera_number("left", left), camera_number("right", right)
-        if isinstance(configuration, str):
-            configuration = _as_recorded(
-                PsmNetConfiguration.preset(configuration), card_of(weights, f"psmnet_{preset}")
-            )
-        self.configuration = checked_configuration(PsmNetConfiguration, configuration)
-        check_weights(weights, f"psmnet_{preset}")
-        self.network = PsmNet(configuration)
+        self.configuration, preset = chosen_edition(
+            PsmNetConfiguration, configuration, weights, self.name, _preset_of_weights
+        )
+        check_weights(weights, f"{self.name}_{preset}")
+        self.network = PsmNet(self.configuration)
         give_weights(self.network, weights, f"{self.name}_{preset}")
 
     def disparity(self, frame: SensorFrame) -> DisparityMap:
@@ -114,8 +111,9 @@ class PsmNetDepth:
         return [found[:, above:, :width] for found in self.network(left, right)]
 
 
-def _as_recorded(configuration: PsmNetConfiguration, card: ModelCard | None) -> PsmNetConfiguration:
+def _preset_of_weights(name: str, card: ModelCard | None) -> PsmNetConfiguration:
     """A preset that enlarges maps as the network of the weights did."""
+    configuration = PsmNetConfiguration.preset(name)
     features = configuration.features
     of_means = recorded_corners(card, "features.aligned_corners", features.aligned_corners)
     of_costs = recorded_corners(card, "aligned_corners", configuration.aligned_corners)

@@ -61,13 +61,7 @@ def roi_align(
     start = scaled[:, :2].flip(1)
     size = scaled[:, 2:].flip(1) - start
     size = (size + 1).clamp(min=0) if places == "corners" else size.clamp(min=1)
-    # Samples along each axis of a bin.
-    if places == "corners":
-        ratios = torch.full_like(size, 2, dtype=torch.long)
-    elif sampling_ratio > 0:
-        ratios = torch.full_like(size, sampling_ratio, dtype=torch.long)
-    else:
-        ratios = (size / bins).ceil().long()
+    ratios = _samples_along(size, bins, sampling_ratio, places)
 
     groups, pooled = [], []
     for ratio in torch.unique(ratios, dim=0):  # boxes with equally many samples
@@ -98,6 +92,15 @@ def roi_align(
         pooled.append(sums.reshape(-1, bins, bins, channels))
     order = torch.argsort(torch.cat(groups))
     return torch.cat(pooled)[order].permute(0, 3, 1, 2)
+
+
+def _samples_along(size: Tensor, bins: int, sampling_ratio: int, places: SamplePlaces) -> Tensor:
+    """Number of samples along each axis of a bin, for boxes of a size in cells, shape (N, 2)."""
+    if places == "corners":
+        return torch.full_like(size, 2, dtype=torch.long)
+    if sampling_ratio > 0:
+        return torch.full_like(size, sampling_ratio, dtype=torch.long)
+    return (size / bins).ceil().long()
 
 
 def _samples(

@@ -6,7 +6,7 @@ An epoch then reads a memory map of less than half the files' size, their labels
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +29,7 @@ from avsec_gym.perception.training.labelled_frames import (
 )
 from avsec_gym.perception.training.prepared_once import fingerprint, whole_folder
 from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
+from avsec_gym.progress import Progress
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.npz_files import map_npy
 
@@ -91,7 +92,7 @@ def prepare_cloud_samples(
     category: str,
     folder: Path,
     *,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Progress | None = None,
 ) -> CloudSamples:
     """Crop scans to a region and sort their labels, unless that is done already.
 
@@ -169,7 +170,7 @@ def _write(
     region: BirdEyeRegion,
     category: str,
     folder: Path,
-    on_progress: Callable[[int, int], None] | None,
+    on_progress: Progress | None,
 ) -> None:
     facts: list[dict[str, Any]] = []
     raw = folder / "points.raw"

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.perception.training.configuration import Photometric
+from avsec_gym.perception.training.drawn_light import GREY, drawn_light
 
 Images = NDArray[np.uint8] | NDArray[np.float32]
 """Shape (..., H, W, 3), grey levels."""
-
-_GREY = np.array([0.299, 0.587, 0.114], np.float32)
 
 
 def shifted(images: Sequence[Images], margin: int, down: int, right: int) -> list[Images]:
@@ -42,20 +41,10 @@ def relit_alike(
         limits: The limits of the changes.
         randomness: Draws them.
     """
-    largest = np.array(
-        [limits.brightness, limits.contrast, limits.gamma, limits.saturation, *[limits.tint] * 3]
-    )
-    common = randomness.uniform(-largest, largest)
-    deviation = randomness.uniform(0, limits.noise)
+    light = drawn_light(limits, randomness)
     mean = float(np.mean(images[0]))
     return [
-        _relit(
-            image,
-            common + limits.between_views * randomness.uniform(-largest, largest),
-            mean,
-            deviation,
-            randomness,
-        )
+        _relit(image, light.of_view(randomness), mean, light.deviation, randomness)
         for image in images
     ]
 
@@ -70,7 +59,7 @@ def _relit(
     brightness, contrast, gamma, saturation = np.exp(change[:4]).astype(np.float32)
     found = 255.0 * (np.asarray(image, np.float32) / 255.0) ** gamma
     found = brightness * (mean + contrast * (found - mean)) * np.exp(change[4:]).astype(np.float32)
-    grey = (found @ _GREY)[..., None]
+    grey = (found @ GREY.astype(np.float32))[..., None]
     found = grey + saturation * (found - grey)
     found += np.float32(deviation) * randomness.standard_normal(found.shape, np.float32)
     return np.asarray(np.clip(found, 0.0, 255.0), np.float32)

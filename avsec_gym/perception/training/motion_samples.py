@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from avsec_gym.perception.motion.classifier import Neighbour, neighbour_of, obje
 from avsec_gym.perception.motion.network import MotionConfiguration
 from avsec_gym.perception.training.prepared_once import fingerprint
 from avsec_gym.perception.training.scene_frames import SceneFrame
+from avsec_gym.progress import Progress
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.npz_files import read_npz
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES
@@ -62,7 +63,7 @@ def prepare_motion_samples(
     folder: Path,
     *,
     variants: int = 3,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Progress | None = None,
 ) -> MotionSamples:
     """Cut out the objects of frames, unless that is done already.
 

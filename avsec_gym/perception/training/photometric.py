@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.perception.training.configuration import Photometric
+from avsec_gym.perception.training.drawn_light import GREY, drawn_light
 from avsec_gym.perception.training.sample import Map, Pixels, StereoSample
 
-_GREY = np.array([0.299, 0.587, 0.114])
 _NOISE_VALUES = 1 << 20
 
 
@@ -25,22 +25,12 @@ def relit(
         limits: The limits of the changes.
         randomness: Draws them.
     """
-    largest = np.array(
-        [limits.brightness, limits.contrast, limits.gamma, limits.saturation, *[limits.tint] * 3]
-    )
-    common = randomness.uniform(-largest, largest)
-    deviation = randomness.uniform(0, limits.noise)
+    light = drawn_light(limits, randomness)
     mean = float(sample.left[::8, ::8].mean())
     # Where nothing is to be grey, nothing is drawn: samples stay as they were.
     is_grey = limits.grey > 0 and randomness.random() < limits.grey
     left, right = (
-        _view(
-            image,
-            common + limits.between_views * randomness.uniform(-largest, largest),
-            mean,
-            deviation,
-            randomness,
-        )
+        _view(image, light.of_view(randomness), mean, light.deviation, randomness)
         for image in (sample.left, sample.right)
     )
     if is_grey:
@@ -66,7 +56,7 @@ def _view(
     levels = brightness * (mean + contrast * (levels - mean))
     table = levels[:, None] * np.exp(change[None, 4:])
     found = cv2.LUT(np.asarray(image, np.uint8), table[None].astype(np.float32))
-    mixture = saturation * np.eye(3) + (1 - saturation) * np.tile(_GREY, (3, 1))
+    mixture = saturation * np.eye(3) + (1 - saturation) * np.tile(GREY, (3, 1))
     result: Map = np.asarray(cv2.transform(found, mixture.astype(np.float32)))
     if deviation > 0:
         start = int(randomness.integers(_NOISE_VALUES))

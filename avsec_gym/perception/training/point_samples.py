@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +27,7 @@ from avsec_gym.perception.training.labelled_frames import (
 )
 from avsec_gym.perception.training.prepared_once import fingerprint
 from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
+from avsec_gym.progress import Progress
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.npz_files import read_npz
 
@@ -71,7 +72,7 @@ def prepare_point_samples(
     configuration: PointRcnnConfiguration,
     folder: Path,
     *,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Progress | None = None,
 ) -> PointSamples:
     """Take the points in view out of scans, and sort their labels, where that is not done yet.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.crop_variation import relit_alike, shifted
 from avsec_gym.perception.training.scene_frames import SceneFrame, split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions
+from avsec_gym.progress import Progress
 from avsec_gym.world.export import default_suite
 
 _MARGIN = 8
@@ -155,7 +156,7 @@ def road_type_task(options: TaskOptions) -> RoadTypeTask:
 def _read(
     frames: Sequence[SceneFrame],
     size: tuple[int, int],
-    on_progress: Callable[[int, int], None] | None,
+    on_progress: Progress | None,
 ) -> RoadTypeSamples:
     """Small enough to be read anew by each training."""
     images, numbers = [], []

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
@@ -37,6 +37,7 @@ from avsec_gym.perception.training.labelled_frames import (
 )
 from avsec_gym.perception.training.prepared_once import fingerprint, whole_folder
 from avsec_gym.perception.training.sample import Map, StereoSample
+from avsec_gym.progress import Progress
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.npz_files import map_npy
 from avsec_gym.worker_processes import AVAILABLE, each_in_processes
@@ -109,7 +110,7 @@ def prepare_samples(
     size: tuple[int, int] | None,
     folder: Path,
     *,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Progress | None = None,
 ) -> StereoSamples:
     """Reduce frames to a size, unless that is done already.
 
@@ -140,7 +141,7 @@ def _write(
     places: Sequence[FramePlace],
     size: tuple[int, int],
     folder: Path,
-    on_progress: Callable[[int, int], None] | None,
+    on_progress: Progress | None,
 ) -> None:
     arrays = {
         name: np.lib.format.open_memmap(

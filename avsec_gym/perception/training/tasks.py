@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.task import Task
+from avsec_gym.progress import Progress
 
 if TYPE_CHECKING:
     from torch import nn
@@ -58,7 +59,7 @@ class TaskOptions:
     start: Path | None = None
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
-    on_progress: Callable[[int, int], None] | None = None
+    on_progress: Progress | None = None
     on_report: Callable[[str], None] | None = None
 
     def begin(self, network: nn.Module) -> ModelCard | None:

@@ -15,6 +15,7 @@ from avsec_gym.perception.training.batches import batches
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
 from avsec_gym.perception.training.task import B, Task
 from avsec_gym.perception.training.training_run import Compute, HeldOutResult, TrainingRun
+from avsec_gym.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ def train(
     machine: Machine = Machine(),
     resume: bool = False,
     keep: Callable[[nn.Module, HeldOutResult], None] | None = None,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Progress | None = None,
     on_compute: Callable[[Compute], None] | None = None,
     on_validation: Callable[[HeldOutResult], None] | None = None,
 ) -> TrainingResult:

@@ -9,7 +9,7 @@ from avsec_gym.world.export.connected_world import (
     neighbours_of,
     sweep_of,
 )
-from avsec_gym.world.export.data_set import DataSetReport, Progress, make_data_set
+from avsec_gym.world.export.data_set import DataSetReport, make_data_set
 from avsec_gym.world.export.default_suites import (
     cached,
     default_suite,
@@ -49,7 +49,6 @@ __all__ = [
     "Connection",
     "DataSetReport",
     "LayoutFrames",
-    "Progress",
     "Recipe",
     "SensorVehicle",
     "Sensors",

@@ -11,10 +11,10 @@ import numpy as np
 from avsec_gym.argument_checks import whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.actors import Instant, Integers
+from avsec_gym.world.actors import Instant
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Scan, Sweep, render
 from avsec_gym.world.drives import MOST_DRIVE_FRAMES, DriveScenes, drive_scenes

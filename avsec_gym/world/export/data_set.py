@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.progress import Progress
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.regular_files import is_file
@@ -21,9 +21,6 @@ from avsec_gym.world.export.manifest import (
 )
 from avsec_gym.world.export.recipe import Recipe
 from avsec_gym.world.export.workers import make_frames, usual_workers
-
-Progress = Callable[[int, int], None]
-"""Function of the number of frames done and of all frames."""
 
 
 @dataclass(frozen=True)

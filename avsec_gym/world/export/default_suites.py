@@ -10,10 +10,11 @@ from pathlib import Path
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.raw import KittiRaw
+from avsec_gym.progress import Progress
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.world.export.connected_world import ConnectedWorld
-from avsec_gym.world.export.data_set import Progress, make_data_set
+from avsec_gym.world.export.data_set import make_data_set
 from avsec_gym.world.export.manifest import changed_files, read_manifest, world_fingerprint
 from avsec_gym.world.export.recipe import Recipe
 from avsec_gym.world.export.suites import SUITES, suite_recipe

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.errors import DataError
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.storage.json_fields import fits
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.actors import Instant, Integers
+from avsec_gym.world.actors import Instant
 from avsec_gym.world.rendering.planar_motion import PlanarMotion
 
 SEEN_POINTS = 5

@@ -27,14 +27,12 @@ def aim_pulses(  # type: ignore[no-untyped-def]
     """
     columns = len(column)
     moves = len(rotation) > 1
-    # Invariant: the sine and cosine of a sum follow from those of its parts, which are few.
     column_sin, column_cos = np.sin(column), np.cos(column)
     shift_sin, shift_cos = np.sin(shift), np.cos(shift)
     up_sin, up_cos = np.sin(elevation), np.cos(elevation)
     for i in range(len(pulse)):
         laser, c = divmod(pulse[i], columns)
-        sine = column_sin[c] * shift_cos[laser] + column_cos[c] * shift_sin[laser]
-        cosine = column_cos[c] * shift_cos[laser] - column_sin[c] * shift_sin[laser]
+        sine, cosine = _of_sum(column_sin[c], column_cos[c], shift_sin[laser], shift_cos[laser])
         x, y, z = up_cos[laser] * cosine, up_cos[laser] * sine, up_sin[laser]
         k = c if moves else 0
         for axis in range(3):
@@ -65,8 +63,13 @@ def place_points(  # type: ignore[no-untyped-def]
     up_sin, up_cos = np.sin(elevation), np.cos(elevation)
     for i in range(len(pulse)):
         laser, c = divmod(pulse[i], columns)
-        sine = column_sin[c] * shift_cos[laser] + column_cos[c] * shift_sin[laser]
-        cosine = column_cos[c] * shift_cos[laser] - column_sin[c] * shift_sin[laser]
+        sine, cosine = _of_sum(column_sin[c], column_cos[c], shift_sin[laser], shift_cos[laser])
         places[i, 0] = distance[i] * up_cos[laser] * cosine
         places[i, 1] = distance[i] * up_cos[laser] * sine
         places[i, 2] = distance[i] * up_sin[laser] + height[laser]
+
+
+@kernel()
+def _of_sum(sin_a, cos_a, sin_b, cos_b):  # type: ignore[no-untyped-def]
+    """Sine and cosine of a sum of two angles, by those of its parts, of which there are few."""
+    return sin_a * cos_b + cos_a * sin_b, cos_a * cos_b - sin_a * sin_b

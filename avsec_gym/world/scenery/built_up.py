@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avsec_gym.world.scenery.frontage import Row, build_behind, build_row, front_garden
+from avsec_gym.world.scenery.frontage import BuildingRow, build_behind, build_row, front_garden
 from avsec_gym.world.scenery.planting import plant_bushes, plant_hedge, plant_trees
 from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
@@ -24,7 +24,7 @@ def city(plot: Plot, manner: np.random.Generator, rng: np.random.Generator) -> N
     for side in (1, -1):
         # Houses along the street and behind it, yards in the gaps.
         openness = float(manner.beta(0.8, 4.0))
-        row = Row(
+        row = BuildingRow(
             kinds={
                 "terrace": 1.0 - shops - 0.5 * apartments,
                 "shop": shops,
@@ -85,7 +85,7 @@ def residential(plot: Plot, manner: np.random.Generator, rng: np.random.Generato
     """Detached houses behind gardens, garages, hedges, now and then a block of flats."""
     gardens = manner.random() < 0.75
     for side in (1, -1):
-        row = Row(
+        row = BuildingRow(
             kinds={
                 "detached": 1.0,
                 "garage": 0.22,
@@ -131,7 +131,7 @@ def campus(plot: Plot, manner: np.random.Generator, rng: np.random.Generator) ->
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         wooded = manner.random() < 0.35
         if not wooded:
-            row = Row(
+            row = BuildingRow(
                 kinds={"campus": 1.0, "hall": 0.2, "apartment": 0.2},
                 widths=(22.0, 45.0),
                 depths=(12.0, 18.0),

@@ -19,7 +19,7 @@ HOUSES = 24
 
 
 @dataclass(frozen=True)
-class Row:
+class BuildingRow:
     """How buildings stand along a road.
 
     Args:
@@ -42,7 +42,7 @@ class Row:
 def build_row(
     plot: Plot,
     rng: np.random.Generator,
-    row: Row,
+    row: BuildingRow,
     side: int,
     *,
     before: Callable[[float, float, float], None] | None = None,

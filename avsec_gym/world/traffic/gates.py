@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.kernels import kernel
 from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
-from avsec_gym.world.traffic.state import NARROW, Integers, Network, Traffic
+from avsec_gym.world.traffic.state import NARROW, Network, Traffic
 
 _ROOM = 0.4
 """Between footprints on routes that do not conflict, metres."""

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from avsec_gym.geometry import Integers
 from avsec_gym.kernels import kernel
 from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
-from avsec_gym.world.traffic.state import Integers, Network, Traffic
+from avsec_gym.world.traffic.state import Network, Traffic
 
 _GAIN = 0.35
 """Acceleration to be won by changing to the left, m/s2."""

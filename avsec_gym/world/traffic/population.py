@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avsec_gym.geometry import Floats
-from avsec_gym.world.actors import Integers
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.world.traffic.routes import Route
 
 

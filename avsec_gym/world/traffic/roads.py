@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.world.section import Lane, Surface
 from avsec_gym.world.site import SideStreet, Site, Style
 from avsec_gym.world.traffic.routes import Route, along_course, join
-from avsec_gym.world.traffic.state import Integers
 
 _WIDTH, _RIDERS_WIDTH = 1.9, 0.7
 """Widths of vehicles and cyclists on their routes, metres."""

@@ -8,13 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.world.traffic.driving import Manners
 from avsec_gym.world.traffic.population import Traveller
 from avsec_gym.world.traffic.routes import SPACING, Route, between
-
-Integers = NDArray[np.int64]
-
 
 NARROW = 1.2
 """A narrower traveller is a person or a cyclist, metres."""

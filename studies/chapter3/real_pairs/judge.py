@@ -181,7 +181,7 @@ def raise_fits(folder: Path, least: float) -> None:
 
 
 @dataclass(frozen=True)
-class Limits:
+class PairLimits:
     """What a pair is judged by; its own scene has no say in what comes from real pairs.
 
     Args:
@@ -208,13 +208,13 @@ class Limits:
         return dict(zip(RULES, found, strict=True))
 
 
-def limits_of(clean: CleanPairs, scene: str, rendered: float) -> Limits:
+def pair_limits(clean: CleanPairs, scene: str, rendered: float) -> PairLimits:
     """What the pairs of a scene are judged by."""
     others = clean.threshold(clean.brightness, without=scene)
     if others is None:
-        return Limits(rendered, rendered, None)
+        return PairLimits(rendered, rendered, None)
     discs = [clean.threshold(values, without=scene) for values in clean.discs]
-    return Limits(
+    return PairLimits(
         rendered, max(rendered, others.value), [disc.value for disc in discs if disc is not None]
     )
 
@@ -226,7 +226,7 @@ def _clean_rows(clean: CleanPairs, rendered: float) -> list[CleanPair]:
             pair.scene,
             seen.brightness,
             seen.difference.pixel_noise,
-            limits_of(clean, pair.scene, rendered).alarms(seen, clean.radii),
+            pair_limits(clean, pair.scene, rendered).alarms(seen, clean.radii),
         )
         for pair, seen in zip(clean.pairs, clean.seen, strict=True)
     ]
@@ -255,7 +255,7 @@ def _lights(
     rows, cases = [], [(r, s) for r in options.radii for s in options.strengths]
     start = time.perf_counter()
     scenes = [pair.scene for pair in clean.pairs]
-    limits = [limits_of(clean, scene, rendered) for scene in scenes]
+    limits = [pair_limits(clean, scene, rendered) for scene in scenes]
     for done, (radius, strength) in enumerate(cases, start=1):
         hits = np.zeros((len(frames), options.draws, len(RULES)), bool)
         for number, frame in enumerate(frames):

@@ -13,12 +13,8 @@ from avsec_gym.attacks.patch_files import Patch, PatchCard, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter5 import attacked_episodes
-from avsec_gym.experiments.chapter5.attacked_episodes import (
-    AttackedEpisodes,
-    attacked_cells,
-    attacked_inputs,
-    with_known_motion,
-)
+from avsec_gym.experiments.chapter5.attacked_cells import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.attacked_episodes import AttackedEpisodes, with_known_motion
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.scenes import scenes_of
 from avsec_gym.frame import SensorFrame

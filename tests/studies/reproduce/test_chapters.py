@@ -20,7 +20,7 @@ from studies.reproduce.chapter3 import chapter3_rows
 from studies.reproduce.chapter4 import chapter4_rows
 from studies.reproduce.chapter5 import chapter5_rows
 from studies.reproduce.rows import Measured, ThesisRow, Unit
-from studies.result_fields import Row, bounds_at, is_made, number_at, study_of, value_at
+from studies.result_fields import OnlyRow, bounds_at, is_made, number_at, study_of, value_at
 from studies.study import RESULTS, ROOT
 
 CHAPTERS: tuple[Callable[[], list[ThesisRow]], ...] = (chapter3_rows, chapter4_rows, chapter5_rows)
@@ -50,8 +50,8 @@ def test_an_interval_is_of_its_value() -> None:
     for each in measurements():
         if each.interval is None or not is_made(each.value.result):
             continue
-        mine = [step for step in each.value.steps if isinstance(step, Row)]
-        assert mine == [step for step in each.interval.steps if isinstance(step, Row)]
+        mine = [step for step in each.value.steps if isinstance(step, OnlyRow)]
+        assert mine == [step for step in each.interval.steps if isinstance(step, OnlyRow)]
         value, bounds = number_at(each.value), bounds_at(each.interval)
         if value is not None and bounds is not None and "ap11" not in each.value.steps:
             assert bounds[0] - 1e-9 <= value <= bounds[1] + 1e-9, each.value
@@ -105,9 +105,9 @@ def test_figures_of_chapter_4_are_columns_of_its_summary() -> None:
 
     for each in (each for row in chapter4_rows() for each in row.measured):
         first, table, columns, *rest = each.value.steps
-        assert (first, isinstance(columns, Row)) == ("connected", True)
+        assert (first, isinstance(columns, OnlyRow)) == ("connected", True)
         assert table in ConnectedSummary.__annotations__
-        assert isinstance(columns, Row)
+        assert isinstance(columns, OnlyRow)
         found: Mapping[str, object] = dict(columns.columns)
         assert found["condition"] in {EXACT.name, USUAL.name}
         kind = DistanceDistribution if table == "distances" else DetectionRate

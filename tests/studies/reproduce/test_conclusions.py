@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from avsec_gym.metrics.estimate import Estimate
-from studies.reproduce.conclusions import Decided, Decision, conclusion, decision
-from studies.reproduce.rows import Claim, Kind
+from studies.reproduce.conclusions import ClaimDecision, Decided, conclusion, decision
+from studies.reproduce.rows import Claim, DataKind
 
-CONFIRMED, CONTRADICTED = Decision.CONFIRMED, Decision.CONTRADICTED
+CONFIRMED, CONTRADICTED = ClaimDecision.CONFIRMED, ClaimDecision.CONTRADICTED
 
 
 @pytest.mark.parametrize(
@@ -19,33 +19,33 @@ CONFIRMED, CONTRADICTED = Decision.CONFIRMED, Decision.CONTRADICTED
         (Claim.IS, (0.85, 0.92), CONFIRMED),
         (Claim.IS, (0.9, 0.92), CONFIRMED),
         (Claim.IS, (0.95, 0.99), CONTRADICTED),
-        (Claim.IS, (0.6, 0.99), Decision.TOO_WIDE),
+        (Claim.IS, (0.6, 0.99), ClaimDecision.TOO_WIDE),
         (Claim.AT_LEAST, (0.7, 0.8), CONTRADICTED),
         (Claim.AT_LEAST, (0.85, 0.92), CONFIRMED),
-        (Claim.AT_LEAST, (0.6, 0.99), Decision.TOO_WIDE),
+        (Claim.AT_LEAST, (0.6, 0.99), ClaimDecision.TOO_WIDE),
         (Claim.AT_LEAST, (0.91, 0.99), CONFIRMED),
         (Claim.AT_LEAST, (0.0, 0.89), CONTRADICTED),  # Wide, but all of it is on one side.
         (Claim.AT_MOST, (0.7, 0.8), CONFIRMED),
         (Claim.AT_MOST, (0.91, 0.99), CONTRADICTED),
-        (Claim.IS, None, Decision.NO_INTERVAL),
+        (Claim.IS, None, ClaimDecision.NO_INTERVAL),
     ],
 )
 def test_what_an_estimate_decides(
-    claim: Claim, interval: tuple[float, float] | None, expected: Decision
+    claim: Claim, interval: tuple[float, float] | None, expected: ClaimDecision
 ) -> None:
     assert decision(claim, 0.9, Estimate(0.8, interval), widest=0.1) is expected
 
 
 def test_what_is_not_there_or_too_little_decides_nothing() -> None:
     sure = Estimate(0.9, (0.89, 0.91))
-    assert decision(Claim.IS, 0.9, None, 0.1) is Decision.NOT_MEASURED
-    assert decision(Claim.IS, 0.9, Estimate(None), 0.1) is Decision.NOT_MEASURED
-    assert decision(Claim.IS, 0.9, sure, 0.1, clusters=4) is Decision.TOO_FEW
+    assert decision(Claim.IS, 0.9, None, 0.1) is ClaimDecision.NOT_MEASURED
+    assert decision(Claim.IS, 0.9, Estimate(None), 0.1) is ClaimDecision.NOT_MEASURED
+    assert decision(Claim.IS, 0.9, sure, 0.1, clusters=4) is ClaimDecision.TOO_FEW
     assert decision(Claim.IS, 0.9, sure, 0.1, clusters=5) is CONFIRMED
 
 
 def made(
-    decided: Decision, kind: Kind = Kind.TWIN, where: str = "", state: str = "current"
+    decided: ClaimDecision, kind: DataKind = DataKind.TWIN, where: str = "", state: str = "current"
 ) -> Decided:
     return Decided(decided, kind, f"experiment of {where}" if where else "patch", where, state)
 
@@ -62,16 +62,20 @@ def made(
             "confirmed where a, c; contradicted where b, by `experiment of b` (twin)",
         ),
         # The weightier kind decides alone, whatever the order, if it decides anything.
-        ([made(CONTRADICTED), made(CONFIRMED, Kind.REAL)], "confirmed (real)"),
+        ([made(CONTRADICTED), made(CONFIRMED, DataKind.REAL)], "confirmed (real)"),
         (
-            [made(CONTRADICTED, Kind.PROCEDURAL), made(Decision.TOO_FEW, Kind.REAL)],
+            [made(CONTRADICTED, DataKind.PROCEDURAL), made(ClaimDecision.TOO_FEW, DataKind.REAL)],
             "contradicted by `patch` (procedural)",
         ),
         (
-            [made(Decision.TOO_WIDE), made(Decision.TOO_WIDE), made(Decision.NO_INTERVAL)],
+            [
+                made(ClaimDecision.TOO_WIDE),
+                made(ClaimDecision.TOO_WIDE),
+                made(ClaimDecision.NO_INTERVAL),
+            ],
             "open (the interval is too wide; no interval)",
         ),
-        ([made(Decision.NOT_MEASURED, state="not made yet")], "open (not measured yet)"),
+        ([made(ClaimDecision.NOT_MEASURED, state="not made yet")], "open (not measured yet)"),
         ([], "open (not measured yet)"),
     ],
 )

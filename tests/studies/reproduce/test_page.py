@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.errors import DataError
 from studies.reproduce.page import judged, summary_lines, table_lines
-from studies.reproduce.rows import Claim, Kind, Measured, ThesisRow, Unit, measured
+from studies.reproduce.rows import Claim, DataKind, Measured, ThesisRow, Unit, measured
 from studies.result_fields import field, row
 from studies.source_states import SourceState
 from studies.study import RESULTS
@@ -30,7 +30,7 @@ def root(tmp_path: Path) -> Path:
 
 
 def way(name: str) -> Measured:
-    return measured(RATES.then(row(way=name)), Kind.PROCEDURAL, "believed", name)
+    return measured(RATES.then(row(way=name)), DataKind.PROCEDURAL, "believed", name)
 
 
 def test_the_lines_of_a_row(root: Path) -> None:
@@ -39,7 +39,7 @@ def test_the_lines_of_a_row(root: Path) -> None:
     )
     later = ThesisRow(
         "Figure 2", "later", 7.0,
-        (measured(field("chapter4", "a"), Kind.REAL, "chapter4", value="b"),), unit=Unit.NUMBER,
+        (measured(field("chapter4", "a"), DataKind.REAL, "chapter4", value="b"),), unit=Unit.NUMBER,
     )  # fmt: skip
     rows = [
         judged(each, STATES, root) for each in (thesis, later, ThesisRow("Figure 2", "no", 1.0))
@@ -63,7 +63,7 @@ def test_the_lines_of_a_row(root: Path) -> None:
 
 def test_an_interval_is_made_of_the_number_of_cases(root: Path) -> None:
     right = RATES.then(row(way="right"))
-    of_cases = Measured(right.then("rate"), Kind.REAL, "a", cases=right.then("of"))
+    of_cases = Measured(right.then("rate"), DataKind.REAL, "a", cases=right.then("of"))
     found = judged(ThesisRow("Table 1", "cases", 0.9, (of_cases,)), STATES, root).ours[0]
     assert found is not None
     assert found.interval is not None
@@ -73,7 +73,7 @@ def test_an_interval_is_made_of_the_number_of_cases(root: Path) -> None:
 
 def test_few_clusters_and_slips_are_not_judged(root: Path) -> None:
     few = measured(
-        RATES.then(row(way="left")), Kind.REAL, "a", clusters=field("believed", "drives")
+        RATES.then(row(way="left")), DataKind.REAL, "a", clusters=field("believed", "drives")
     )
     assert (
         judged(ThesisRow("T", "q", 0.9, (few,)), STATES, root).conclusion == "open (too few cases)"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.furniture import barriers, crossings, fences, poles
-from avsec_gym.world.models.furniture.catalogue import FURNITURE, STYLES
+from avsec_gym.world.models.furniture import barriers, crossings, fences
+from avsec_gym.world.models.furniture.catalogue import FURNITURE
 from avsec_gym.world.models.furniture.sweep import along, lengths
 from avsec_gym.world.models.furniture.traffic_lights import LIT, standing_light
 from avsec_gym.world.models.furniture.traffic_signs import SIGNS, sign_plate, traffic_sign
@@ -68,12 +68,8 @@ HEIGHTS = {
 
 ALONG: dict[str, tuple[Callable[..., Mesh], float, float]] = {
     "guard_rail": (barriers.guard_rail, 0.45, 12),
-    "concrete_barrier": (barriers.concrete_barrier, 0.35, 12),
     "noise_barrier": (barriers.noise_barrier, 0.25, 12),
     "bar_fence": (fences.bar_fence, 0.1, 70),
-    "chain_link_fence": (fences.chain_link_fence, 0.1, 60),
-    "tube_railing": (fences.tube_railing, 0.1, 15),
-    "overhead_wire": (poles.overhead_wire, 0.05, 4),
 }
 """How far a thing may be from its path, metres, and its triangles per metre."""
 
@@ -125,10 +121,6 @@ def test_one_seed_makes_one_thing(name: str) -> None:
     first, second = (FURNITURE[name](np.random.default_rng(5)) for _ in range(2))
     np.testing.assert_array_equal(first.vertices, second.vertices)
     assert first.materials == second.materials
-
-
-def test_styles_name_furniture() -> None:
-    assert {name for names in STYLES.values() for name in names} <= FURNITURE.keys()
 
 
 @pytest.mark.parametrize("name", SIGN_FACES)

@@ -64,7 +64,7 @@ class Curve(NamedTuple):
     """The thesis' figure, marked where the intervals of this line hold it."""
 
 
-class Shown(NamedTuple):
+class ShownShare(NamedTuple):
     """What of the rows a figure shows."""
 
     words: str
@@ -72,8 +72,10 @@ class Shown(NamedTuple):
     thesis: Callable[[Variant], float | None]
 
 
-DETECTED = Shown("detected by LiDAR and two cameras", lambda row: row.detected, thesis_detected)
-NAMED = Shown("named of four sensors", lambda row: row.named, thesis_named)
+DETECTED = ShownShare(
+    "detected by LiDAR and two cameras", lambda row: row.detected, thesis_detected
+)
+NAMED = ShownShare("named of four sensors", lambda row: row.named, thesis_named)
 
 
 def figures_of_diagrams(summary: DiagramsSummary) -> list[Figure]:
@@ -90,7 +92,7 @@ def figures_of_diagrams(summary: DiagramsSummary) -> list[Figure]:
     return figures + ([_figure_of_beliefs(summary.objects)] if summary.objects else [])
 
 
-def _figures_of_objects(summary: DiagramsSummary, shown: Shown) -> list[Figure]:
+def _figures_of_objects(summary: DiagramsSummary, shown: ShownShare) -> list[Figure]:
     """A figure for each scan, with a panel for each matcher and form."""
     rows = [row for row in summary.attacks if is_of_lidar(row.variant)]
     figures = []
@@ -111,7 +113,7 @@ def _figures_of_objects(summary: DiagramsSummary, shown: Shown) -> list[Figure]:
     return figures
 
 
-def _figures_of_lights(summary: DiagramsSummary, shown: Shown) -> list[Figure]:
+def _figures_of_lights(summary: DiagramsSummary, shown: ShownShare) -> list[Figure]:
     """A figure for each light, with a panel for each matcher and size."""
     rows = [row for row in summary.attacks if not is_of_lidar(row.variant)]
     figures = []
@@ -179,7 +181,7 @@ def _figure_of_beliefs(objects: ObjectRates) -> Figure:
     )
 
 
-def _rules_panel(title: str, sensor: str, rows: Sequence[DiagramRow], shown: Shown) -> str:
+def _rules_panel(title: str, sensor: str, rows: Sequence[DiagramRow], shown: ShownShare) -> str:
     curves = [
         Curve(
             kind,

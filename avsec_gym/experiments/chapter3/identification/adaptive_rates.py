@@ -28,7 +28,7 @@ from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 
 
 @dataclass(frozen=True)
-class AdaptiveRow:
+class AdaptiveAttackRates:
     """How often an adaptive attack is detected, and its sensors named.
 
     Args:
@@ -50,7 +50,7 @@ class AdaptiveRow:
 
 def adaptive_rates(
     results: Results, fitted: EvidenceTable, on: FittedOn, model: LikelihoodModel
-) -> list[AdaptiveRow]:
+) -> list[AdaptiveAttackRates]:
     """For each kind and set of attacked sensors, at r = 1 %.
 
     Args:
@@ -80,5 +80,5 @@ def adaptive_rates(
                 "accused": (likeliest[:, number] & ~state).any(axis=1),
             }
             shares = {what: share_of(np.asarray(hit), table.drives) for what, hit in hits.items()}
-            rows.append(AdaptiveRow(name, list(attacked), detected, **shares))
+            rows.append(AdaptiveAttackRates(name, list(attacked), detected, **shares))
     return rows

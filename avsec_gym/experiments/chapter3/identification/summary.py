@@ -8,7 +8,10 @@ from functools import partial
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import BEYOND
-from avsec_gym.experiments.chapter3.identification.adaptive_rates import AdaptiveRow, adaptive_rates
+from avsec_gym.experiments.chapter3.identification.adaptive_rates import (
+    AdaptiveAttackRates,
+    adaptive_rates,
+)
 from avsec_gym.experiments.chapter3.identification.beyond_rates import BeyondRow, beyond_rates
 from avsec_gym.experiments.chapter3.identification.calibration import (
     LikelihoodCalibration,
@@ -104,7 +107,7 @@ class ValidationSummary:
     unseen: Unseen | None
     calibration: LikelihoodCalibration
     beyond: Sequence[BeyondRow]
-    adaptive_attacks: Sequence[AdaptiveRow]
+    adaptive_attacks: Sequence[AdaptiveAttackRates]
     case_distributions: Sequence[CaseDistribution]
     reference_distributions: Sequence[ReferenceDistribution]
 

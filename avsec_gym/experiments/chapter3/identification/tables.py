@@ -15,7 +15,7 @@ from avsec_gym.experiments.chapter3.identification.adaptive_attacks import (
     REMOVED,
     VEIL,
 )
-from avsec_gym.experiments.chapter3.identification.adaptive_rates import AdaptiveRow
+from avsec_gym.experiments.chapter3.identification.adaptive_rates import AdaptiveAttackRates
 from avsec_gym.experiments.chapter3.identification.beyond_rates import BeyondRow
 from avsec_gym.experiments.chapter3.identification.calibration import LikelihoodCalibration
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
@@ -268,7 +268,7 @@ def _beyond_table(rows: Sequence[BeyondRow]) -> Table:
     )
 
 
-def _adaptive_table(rows: Sequence[AdaptiveRow]) -> Table:
+def _adaptive_table(rows: Sequence[AdaptiveAttackRates]) -> Table:
     lines = []
     for row in rows:
         detected = (row.detected.get(scenario) for scenario in SCENARIOS)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,6 +15,7 @@ from avsec_gym.experiments.chapter3.localisation.figure import draw_repair
 from avsec_gym.experiments.chapter3.localisation.measures import measures_of
 from avsec_gym.experiments.chapter3.localisation.rates import LocalisationSummary, LocatedFrame
 from avsec_gym.experiments.chapter3.localisation.repaired_frames import Attempt
+from avsec_gym.progress import Progress, no_progress
 
 SHOWN = {
     "facula": "facula, camera 2, 225 px",
@@ -57,7 +57,7 @@ def repair_pictures(
     summary: LocalisationSummary,
     repairs: Repairs,
     count: int,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[RepairPicture]:
     """Of each attack of `SHOWN` the frame with the median IoU and that with the lowest.
 

@@ -5,7 +5,7 @@ A run keeps detections, not images.  Attacks are seeded, so the images are made 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -30,6 +30,7 @@ from avsec_gym.kitti.labels import DONT_CARE
 from avsec_gym.metrics.ghosts import ghosts
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import PipelineRun
+from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.intention import Intention
 
 _GREY = 128
@@ -110,7 +111,7 @@ def scene_strips(
     telling: Sequence[Telling],
     outcomes: Outcomes,
     episodes: Repeats,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> list[SceneStrip]:
     """A strip for each episode.
 

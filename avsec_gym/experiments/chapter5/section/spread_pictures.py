@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,6 +15,7 @@ from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread
 from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, SpreadRow
 from avsec_gym.experiments.chapter5.section.tables_why import IMAGE_WORDS, PATCH_WORDS
 from avsec_gym.geometry import Floats
+from avsec_gym.progress import Progress, no_progress
 
 _BEST = ("joint", "patch", "noise")
 """The thesis' figure is of the joint patch."""
@@ -63,7 +64,7 @@ class SpreadPicture:
 def shown_spreads(
     rows: Sequence[SpreadRow],
     spreads: Spreads,
-    on_progress: Callable[[int, int], None] = lambda done, total: None,
+    on_progress: Progress = no_progress,
 ) -> dict[str, FeatureSpread]:
     """Maps by their titles: of each detector one patch, on noise and on scenes.
 

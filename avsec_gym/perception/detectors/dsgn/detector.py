@@ -30,9 +30,9 @@ from avsec_gym.perception.detectors.dsgn.targets import (
     objects_to_learn,
 )
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
-from avsec_gym.perception.presets import checked_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, card_of, check_weights
+from avsec_gym.perception.weights.edition import chosen_edition
+from avsec_gym.perception.weights.given import Weights, check_weights
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
@@ -87,12 +87,9 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
         rule: DsgnDecodingRule | None = None,
     ) -> None:
         given_rule = instance_or_none("rule", rule, DsgnDecodingRule)
-        preset = configuration if isinstance(configuration, str) else "small"
-        if isinstance(configuration, str):
-            DsgnConfiguration.preset(configuration)
-            card = card_of(weights, f"{self.name}_{preset}")
-            configuration = preset_of_weights(configuration, card)
-        checked_configuration(DsgnConfiguration, configuration)
+        configuration, preset = chosen_edition(
+            DsgnConfiguration, configuration, weights, self.name, preset_of_weights
+        )
         known = [anchor.category for anchor in configuration.anchors]
         is_list = isinstance(categories, list | tuple) and len(categories) > 0
         if not (is_list and all(isinstance(each, str) and each in known for each in categories)):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, Integers
 from avsec_gym.kernels import kernel
 from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, SolvedBoxes
@@ -20,7 +20,6 @@ from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamer
 
 Pixels = NDArray[np.float32]
 """Shape (H, W, 3), grey levels."""
-Integers = NDArray[np.int64]
 
 _UPPER_END, _LOWER_END = 0.5, 0.9
 _NEAR = 0.1

@@ -44,9 +44,9 @@ from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutpu
 from avsec_gym.perception.detectors.stereo_rcnn.targets import PairSamples, draw_sampling
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
-from avsec_gym.perception.presets import checked_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, card_of, check_weights
+from avsec_gym.perception.weights.edition import chosen_edition
+from avsec_gym.perception.weights.given import Weights, check_weights
 
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
@@ -85,11 +85,9 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         given_alignment = instance_or_none("alignment", alignment, Alignment)
         given_sample = instance_or_none("sample", sample, SampleCount)
         self.seed = seed_number("seed", seed)
-        if isinstance(configuration, str):
-            StereoRcnnConfiguration.preset(configuration)
-            card = card_of(weights, f"{self.name}_{configuration}")
-            configuration = preset_of_weights(configuration, card)
-        checked_configuration(StereoRcnnConfiguration, configuration)
+        configuration, _ = chosen_edition(
+            StereoRcnnConfiguration, configuration, weights, self.name, preset_of_weights
+        )
         check_weights(weights, f"{self.name}_{configuration.name}")
         network = StereoRcnnNetwork(configuration)
         super().__init__(configuration, network, weights, configuration.name)

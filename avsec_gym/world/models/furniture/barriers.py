@@ -1,4 +1,4 @@
-"""Barriers along a road: guard rails, concrete barriers, noise barriers."""
+"""Barriers along a road: guard rails, noise barriers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
-from avsec_gym.world.models.furniture.materials import CONCRETE, GALVANISED, GREY_CONCRETE
+from avsec_gym.world.models.furniture.materials import CONCRETE, GALVANISED
 from avsec_gym.world.models.furniture.poles import DEPTH
 from avsec_gym.world.models.furniture.sweep import along, copies, lengths, swept
 from avsec_gym.world.shapes import box
@@ -42,13 +42,6 @@ def guard_rail(path: ArrayLike, *, spacing: float = 4.0, sunk_ends: bool = True)
     places[:, 2] += height - _BEAM_HEIGHT
     standing = height > 0.25
     return merge([swept(beam, section, GALVANISED), copies(_rail_post(), places[standing])])
-
-
-def concrete_barrier(path: ArrayLike) -> Mesh:
-    """A barrier of cast concrete, 0.9 m high, sloped on both sides (New Jersey profile)."""
-    half = [(0.3, 0.0), (0.3, 0.08), (0.16, 0.3), (0.1, 0.9)]
-    profile = [(0.3, -DEPTH), *half, *[(-x, z) for x, z in reversed(half)], (-0.3, -DEPTH)]
-    return swept(path, profile, GREY_CONCRETE)
 
 
 def noise_barrier(

@@ -91,9 +91,7 @@ def overpass(
         kerbs.append(
             swept(edge, [(0.2, -0.45), (0.2, 0.12), (-0.2, 0.12), (-0.2, -0.45)], CONCRETE)
         )
-        rails.append(
-            bar_fence(np.add(edge, (0, 0, 0.12)), height=1.05, material=GALVANISED, pitch=0.35)
-        )
+        rails.append(bar_fence(np.add(edge, (0, 0, 0.12)), height=1.05, pitch=0.35))
     piers = [_pier(side, opening, width, clearance) for side in (-1.0, 1.0)]
     ends = [
         box(width, 1.2, top - 0.9 + DEPTH, GREY_CONCRETE).placed(

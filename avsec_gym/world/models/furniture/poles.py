@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
@@ -15,7 +14,6 @@ from avsec_gym.world.models.furniture.materials import (
     WOOD,
     painted,
 )
-from avsec_gym.world.models.furniture.sweep import swept
 from avsec_gym.world.models.furniture.variants import variants
 from avsec_gym.world.shapes import box, grid, tube
 
@@ -56,13 +54,6 @@ def tram_mast(rng: np.random.Generator) -> Mesh:
     stay = tube([(0, 0, 7.4), (0, 2.4, 6.25)], 0.012, paint, sides=4, capped=False)
     drop = tube([(0, 3.0, 6.28), (0, 3.0, 5.5)], 0.02, BLACK_PLASTIC, sides=5)
     return merge([pole(8.0, 0.15, paint, top_radius=0.1, sides=10), reach, stay, drop])
-
-
-def overhead_wire(path: ArrayLike, radius: float = 0.012) -> Mesh:
-    """A wire through points in the air, shape (n, 3): contact wire, telephone line."""
-    angle = np.pi / 2 + np.arange(3) * 2.0 * np.pi / 3
-    section = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return swept(path, section, BLACK_PLASTIC, ends=False)
 
 
 @variants(4)

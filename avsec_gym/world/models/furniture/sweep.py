@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.shapes import polygon
 
-Floats = NDArray[np.float64]
 
-
-def swept(path: ArrayLike, profile: ArrayLike, material: Material, *, ends: bool = True) -> Mesh:
-    """A cross-section drawn along a path, with hard edges: rail, barrier, wall, deck.
+def swept(path: ArrayLike, profile: ArrayLike, material: Material) -> Mesh:
+    """A cross-section drawn along a path, with hard edges, closed at both ends: rail, wall, deck.
 
     Args:
         path: Points of the path, shape (n, 3), metres.
@@ -22,7 +21,6 @@ def swept(path: ArrayLike, profile: ArrayLike, material: Material, *, ends: bool
             counter-clockwise in these axes, shape (m, 2).
         material: Material of all faces: on walls u runs along the path and v down from the
             profile's top; on flat parts v runs across.
-        ends: Whether the ends are closed.
     """
     line, section = np.asarray(path, float), np.asarray(profile, float)
     left, run = _lefts(line), lengths(line)
@@ -49,8 +47,6 @@ def swept(path: ArrayLike, profile: ArrayLike, material: Material, *, ends: bool
         np.zeros(len(faces), np.int32),
         (material,),
     )
-    if not ends:
-        return body
     caps = []
     for at, order in ((0, -1), (-1, 1)):
         for triangle in _triangles(section)[:, ::order]:
@@ -101,20 +97,20 @@ def along(path: ArrayLike, spacing: float) -> Floats:
     at = np.linspace(0.0, run[-1], max(2, round(run[-1] / spacing) + 1))
     segment = np.clip(np.searchsorted(run, at, side="right") - 1, 0, len(line) - 2)
     step = np.diff(line, axis=0)[segment]
-    return np.column_stack([located(line, at), np.arctan2(step[:, 1], step[:, 0])])
-
-
-def located(path: ArrayLike, run: ArrayLike) -> Floats:
-    """Where one is after so many metres along a path, shape (k, 3)."""
-    line = np.asarray(path, float)
-    at, ends = np.asarray(run, float), lengths(line)
-    return np.stack([np.interp(at, ends, line[:, axis]) for axis in range(3)], axis=-1)
+    return np.column_stack([_located(line, at), np.arctan2(step[:, 1], step[:, 0])])
 
 
 def lengths(path: ArrayLike) -> Floats:
     """Metres along a path, shape (n, 3), from its start to each of its points, shape (n,)."""
     steps = np.linalg.norm(np.diff(np.asarray(path, float), axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _located(path: ArrayLike, run: ArrayLike) -> Floats:
+    """Where one is after so many metres along a path, shape (k, 3)."""
+    line = np.asarray(path, float)
+    at, ends = np.asarray(run, float), lengths(line)
+    return np.stack([np.interp(at, ends, line[:, axis]) for axis in range(3)], axis=-1)
 
 
 def _lefts(line: Floats) -> Floats:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
-from avsec_gym.world.models.people.rings import Floats, Rings, rods, sweep
+from avsec_gym.world.models.people.rings import Rings, rods, sweep
 from avsec_gym.world.models.people.skin import grouped
 
 WHEEL_RADIUS = 0.35

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.models.people.clothing import Outfit
 from avsec_gym.world.models.people.head import head
-from avsec_gym.world.models.people.rings import Floats, Rings, interpolated, sweep, unit
+from avsec_gym.world.models.people.rings import Rings, interpolated, sweep, unit
 from avsec_gym.world.models.people.skeleton import Proportions, Skeleton, turn_y, turn_z
 
 # All sizes are in body heights: half sizes to the front, to the back and to the side.

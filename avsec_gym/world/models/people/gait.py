@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from avsec_gym.world.models.people.rings import Floats
+from avsec_gym.geometry import Floats
 from avsec_gym.world.models.people.skeleton import SIDES, Posture
 
 # Joint angles of natural walking in degrees at twentieths of the cycle, which begins when the heel

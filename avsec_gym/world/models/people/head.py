@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.models.people.clothing import Outfit
-from avsec_gym.world.models.people.rings import Floats, Rings, sweep
+from avsec_gym.world.models.people.rings import Rings, sweep
 from avsec_gym.world.models.people.skeleton import Proportions, Skeleton
 from avsec_gym.world.textures.people import HEAD_SIZE
 

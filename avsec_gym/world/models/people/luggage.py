@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.models.people.body import trunk_at, trunk_sizes
 from avsec_gym.world.models.people.clothing import Outfit
-from avsec_gym.world.models.people.rings import Floats, Rings, rods, sweep
+from avsec_gym.world.models.people.rings import Rings, rods, sweep
 from avsec_gym.world.models.people.skeleton import SIDES, Skeleton
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from avsec_gym.world.models.people.rings import Floats
+from avsec_gym.geometry import Floats
 from avsec_gym.world.models.people.skeleton import Posture
 
 # Wrists of (hand, other hand) relative to the base of the neck: forward, outward, up, in body

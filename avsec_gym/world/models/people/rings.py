@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

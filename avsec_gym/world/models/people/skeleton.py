@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from avsec_gym.world.models.people.rings import Floats, unit
+from avsec_gym.geometry import Floats
+from avsec_gym.world.models.people.rings import unit
 
 SIDES = np.array([-1.0, 1.0])
 """Sides of the pairs in this package: the right one first; y points to the left."""

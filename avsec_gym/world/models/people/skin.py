@@ -11,17 +11,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
-from avsec_gym.world.models.people.rings import Floats, Rings, unit
+from avsec_gym.world.models.people.rings import Rings, unit
 
-Limits = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+LoosenessLimits = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 
 def filling(
     parts: Sequence[Rings],
     dimensions: tuple[float, float, float],
-    limits: Limits = ((-0.7, 1.3), (-0.12, 0.3), (0.0, 0.0)),
+    limits: LoosenessLimits = ((-0.7, 1.3), (-0.12, 0.3), (0.0, 0.0)),
 ) -> Mesh:
     """The parts as a mesh that fills a box: loosened as far as allowed, stretched for the rest.
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.plants.skeleton import unit
 from avsec_gym.world.shapes import grid
-
-Floats = NDArray[np.float64]
 
 _MIXED = Material("forest_far/0", infrared=0.6)
 _CONIFERS = Material("forest_far/1", infrared=0.6)

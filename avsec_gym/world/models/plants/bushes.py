@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.plants.foliage import (
     Clusters,
@@ -18,8 +18,6 @@ from avsec_gym.world.models.plants.foliage import (
 from avsec_gym.world.models.plants.skeleton import unit
 from avsec_gym.world.models.plants.species import Detail
 from avsec_gym.world.shapes import box
-
-Floats = NDArray[np.float64]
 
 BUSHES = 9
 """Variants of `bush`: 0.9 to 2.6 m high."""

@@ -12,11 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.plants.skeleton import unit
-
-Floats = NDArray[np.float64]
 
 REACH = 1.02
 """Sprays grow at most so far from their cluster's centre, relative to its half axes."""

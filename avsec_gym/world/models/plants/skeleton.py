@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.shapes import tube
-
-Floats = NDArray[np.float64]
 
 _PIPE_EXPONENT = 2.2
 _DOWNWARDS = 1.6

@@ -6,8 +6,8 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.plants.foliage import (
@@ -19,8 +19,6 @@ from avsec_gym.world.models.plants.foliage import (
 from avsec_gym.world.models.plants.skeleton import grow, unit, wood
 from avsec_gym.world.models.plants.species import SPECIES, Detail, Species
 from avsec_gym.world.shapes import box, scattered
-
-Floats = NDArray[np.float64]
 
 VARIANTS = 6
 """Variants of each species, from the smallest to the tallest."""

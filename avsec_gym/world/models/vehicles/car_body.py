@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.vehicles.body_design import CarDesign
 from avsec_gym.world.models.vehicles.greenhouse import greenhouse_panels, greenhouse_skin
-from avsec_gym.world.models.vehicles.hull import Floats
 from avsec_gym.world.models.vehicles.interior import interior
 from avsec_gym.world.models.vehicles.lower_body import lower_panels, lower_skin
 from avsec_gym.world.models.vehicles.paint import Finish

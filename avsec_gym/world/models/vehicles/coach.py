@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.vehicles.hull import Floats, Outline, Skin, outline, skin
+from avsec_gym.world.models.vehicles.hull import Outline, Skin, outline, skin
 from avsec_gym.world.models.vehicles.paint import UNDERSIDE
 
 

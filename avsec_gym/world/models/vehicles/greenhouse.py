@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.vehicles.body_design import CarDesign
-from avsec_gym.world.models.vehicles.hull import Floats, Outline, Skin, outline, skin
+from avsec_gym.world.models.vehicles.hull import Outline, Skin, outline, skin
 from avsec_gym.world.models.vehicles.lower_body import shoulder_height
 from avsec_gym.world.models.vehicles.paint import BLACK_GLOSS, CLOTH, Finish
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
-
-Floats = NDArray[np.float64]
 
 _ANGLES = np.deg2rad([0.0, 8.0, 17.0, 28.0, 40.0, 53.0, 67.0, 82.0])
 """Angles of the columns round a corner, from the centre line to the side."""

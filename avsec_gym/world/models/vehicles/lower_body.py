@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.vehicles.body_design import BodyDesign, CarDesign
-from avsec_gym.world.models.vehicles.hull import Floats, Outline, Skin, outline, skin
+from avsec_gym.world.models.vehicles.hull import Outline, Skin, outline, skin
 from avsec_gym.world.models.vehicles.paint import LINING, PLASTIC, UNDERSIDE, Finish
 
 ARCH_GAP = 0.05

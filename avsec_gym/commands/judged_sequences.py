@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class DriveRow:
+class SequenceRow:
     """What adds up over the instants of a drive.
 
     Args:
@@ -37,7 +37,7 @@ class DriveRow:
 
 
 @dataclass(frozen=True)
-class JudgedDrives:
+class JudgedSequences:
     """The test over windows of successive instants.
 
     Args:
@@ -50,7 +50,7 @@ class JudgedDrives:
 
     def rows(
         self, judged: Sequence[Mapping[str, Any]], drives: Mapping[str, str]
-    ) -> list[DriveRow]:
+    ) -> list[SequenceRow]:
         """What adds up over each drive, in the order of their first instants.
 
         Args:
@@ -62,7 +62,7 @@ class JudgedDrives:
             of_drive.setdefault(drives[row["id"]], []).append(row)
         return [self._row(drive, rows) for drive, rows in of_drive.items()]
 
-    def _row(self, drive: str, rows: Sequence[Mapping[str, Any]]) -> DriveRow:
+    def _row(self, drive: str, rows: Sequence[Mapping[str, Any]]) -> SequenceRow:
         # An instant in which nothing was compared has no score, and leaves the sum as it is.
         scores = np.array([row["score"] for row in rows], float)
         starts = range(0, len(scores), self.frames)
@@ -72,7 +72,7 @@ class JudgedDrives:
             for start, window in zip(starts, windows, strict=True)
         ]
         alarms = [frame for frame in found if frame is not None]
-        return DriveRow(
+        return SequenceRow(
             drive,
             len(rows),
             len(windows),
@@ -82,7 +82,7 @@ class JudgedDrives:
             any(row["attack"] is not None for row in rows),
         )
 
-    def summary(self, rows: Sequence[DriveRow]) -> dict[str, Any]:
+    def summary(self, rows: Sequence[SequenceRow]) -> dict[str, Any]:
         """Shares of windows, and of drives, that alarm; windows of one drive are one cluster.
 
         Args:
@@ -103,7 +103,7 @@ class JudgedDrives:
         }
 
 
-def drive_line(row: DriveRow) -> str:
+def drive_line(row: SequenceRow) -> str:
     """A drive in words."""
     status = "no alarm" if row.alarm is None else f"ALARM from {row.alarm} on"
     return (

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from avsec_gym.commands.judged_drives import JudgedDrives, drive_line
-from avsec_gym.commands.judged_instants import drive_of
+from avsec_gym.commands.instant_rows import drive_of
+from avsec_gym.commands.judged_sequences import JudgedSequences, drive_line
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.validation.connected.rays.sequential import SequentialTest
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.world.export import ConnectedInstant
 
-_DRIVES = JudgedDrives(SequentialTest(limit=6.0, clip=5.0), 3)
+_DRIVES = JudgedSequences(SequentialTest(limit=6.0, clip=5.0), 3)
 
 
 def _row(id: str, score: float | None, attacked: bool = False) -> dict[str, Any]:
