@@ -71,7 +71,7 @@ class PerturbationAttackEnv(SensorAttackEnv):
       default suite of the procedural world, made in the cache on first use, or a folder in KITTI's
       object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
       `detector="dsgn"`, `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
-      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
+      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and `response="stop"`.
     * `epsilon=8`: grey levels, a whole number from 1 to 255, as a camera's are.
     * `waves=8`: at most 256; `wavelengths=(12, 60)`: shortest and longest, pixels of the camera,
       from 2 to 10,000.
