@@ -101,7 +101,8 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
       procedural world, made in the cache on first use, or a folder in KITTI's object layout, or a
       dictionary such as `{"source": "/data/kitti/object", "split": "val", "count": 100}`;
       `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
-      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and `response="stop"`.
+      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
+      `response="stop"`.
     * `attack=None`: an optical attack, such as `{"name": "facula", "camera": 2}`, or one on what
       detectors see, such as `"thesis_pgd"` or `{"name": "patch", "patch": "FILE"}`; the scenes and
       intentions of a seed are the same with and without it.
