@@ -25,7 +25,7 @@ from avsec_gym.scenario.scene_sets import procedural_scenes, scene_set
 from avsec_gym.scenario.shapes import Rectangle
 from avsec_gym.world.layouts import generate_layouts
 
-COUNT = 30
+COUNT = 40
 
 
 @lru_cache(maxsize=1)
