@@ -13,6 +13,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.detectors.detector import Detector, DifferentiableDetector
 from avsec_gym.perception.stereo_batch import StereoBatch
+from avsec_gym.suggestions import unknown_name
 
 
 def total_loss(
@@ -64,6 +65,39 @@ def loss_gradient(
         )
     # A detector that does not look at one of the views has no gradient there.
     return torch.stack(torch.autograd.grad(loss, (left, right), materialize_grads=True))
+
+
+def term_gradients(
+    detector: Detector, batch: StereoBatch, truths: Sequence[Boxes3D], names: Sequence[str]
+) -> Tensor:
+    """The gradient of each of some terms of L at the pixels, shape (K, 2, B, 3, H, W).
+
+    Args:
+        detector: O.
+        batch: Images of B pairs.
+        truths: Real objects b^true of each pair.
+        names: Names of K terms of the training loss.
+
+    Raises:
+        ConfigurationError: The detector has no loss, or lacks one of these terms.
+    """
+    left, right = (view.detach().clone().requires_grad_() for view in (batch.left, batch.right))
+    with torch.enable_grad():
+        terms = differentiable(detector).losses(replace(batch, left=left, right=right), truths)
+    for name in names:
+        if name not in terms:
+            problem = f"the loss of {detector.name!r} has no term {name!r}"
+            raise ConfigurationError(unknown_name(problem, name, terms))
+    # A term that nothing in the images changes, such as one without objects, has no gradient.
+    found = [
+        torch.autograd.grad(
+            terms[name], (left, right), retain_graph=True, allow_unused=True, materialize_grads=True
+        )
+        if terms[name].requires_grad
+        else (torch.zeros_like(left), torch.zeros_like(right))
+        for name in names
+    ]
+    return torch.stack([torch.stack(views) for views in found])
 
 
 def differentiable(detector: Detector) -> DifferentiableDetector:

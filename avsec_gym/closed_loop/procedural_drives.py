@@ -7,6 +7,7 @@ junctions.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,11 +15,13 @@ import numpy as np
 from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
 from avsec_gym.closed_loop.tracks import STEP, Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
+from avsec_gym.scenario.lanes_across import LaneAcross, lanes_along
 from avsec_gym.scenario.planning_scenario import EgoState
-from avsec_gym.scenario.road import Lanelet, Road
+from avsec_gym.scenario.road import Road
 from avsec_gym.world.drives import DriveWorld, drive_scenes
 from avsec_gym.world.site import Course, CrossSection, Style
 
@@ -93,47 +96,18 @@ def road_of(course: Course, section: CrossSection) -> Road:
         section: What lies across it; lanes run along the course or against it.
     """
     along = np.arange(course.start - _BEYOND, course.end + _BEYOND, _SPACING)
-    lanes = section.lanes
+    lanes = [
+        LaneAcross(lane.left - 0.5 * lane.width, lane.left + 0.5 * lane.width, lane.direction)
+        for lane in section.lanes
+    ]
     right, left = section.carriageway
-    # A bound lies halfway between the lanes on its sides, unless a median is there.
-    lanelets = []
-    for number, lane in enumerate(lanes):
-        low, high = lane.left - 0.5 * lane.width, lane.left + 0.5 * lane.width
-        if number == 0:
-            low = min(low, right)
-        if number == len(lanes) - 1:
-            high = max(high, left)
-        bounds = [
-            tuple(map(tuple, course.poses(along, np.full(len(along), edge))[:, :2].tolist()))
-            for edge in (low, high)
-        ]
-        forwards = lane.direction > 0
-        right_bound, left_bound = bounds if forwards else (bounds[1][::-1], bounds[0][::-1])
-        beside = {
-            side: _neighbour(section, number, number + step)
-            for side, step in (("left", lane.direction), ("right", -lane.direction))
-        }
-        lanelets.append(
-            Lanelet(
-                id=number + 1,
-                left=left_bound,
-                right=right_bound,
-                adjacent_left=beside["left"],
-                adjacent_right=beside["right"],
-            )
-        )
-    return Road(tuple(lanelets))
+    lanes[0] = replace(lanes[0], right=min(lanes[0].right, right))
+    lanes[-1] = replace(lanes[-1], left=max(lanes[-1].left, left))
 
+    def points(left: float) -> Floats:
+        return course.poses(along, np.full(len(along), left))[:, :2]
 
-def _neighbour(section: CrossSection, number: int, other: int) -> tuple[int, bool] | None:
-    """The lane beside a lane, and whether it runs the same way; None: none, or across a median."""
-    lanes = section.lanes
-    if not 0 <= other < len(lanes):
-        return None
-    gap = abs(lanes[other].left - lanes[number].left)
-    if gap > 0.5 * (lanes[other].width + lanes[number].width) + 0.05:
-        return None
-    return other + 1, lanes[other].direction == lanes[number].direction
+    return Road(lanes_along(points, lanes))
 
 
 def _tracks(world: DriveWorld, ego: int, people: bool) -> Tracks:

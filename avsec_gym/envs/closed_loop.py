@@ -50,7 +50,11 @@ from avsec_gym.scenario.scene import Motion
 from avsec_gym.sensor_system import Sensor
 from avsec_gym.suggestions import unknown_name
 
-REFUSED = {"clean": "thresholds come as a table here, which `avsec validate` makes"}
+REFUSED = {
+    "clean": "thresholds come as a table here, which `avsec validate` makes",
+    "road": 'the scenes name it: "drives" are on the world\'s own road, "layouts" on the thesis\' '
+    "lanes",
+}
 """Parts that have no meaning here, with the reason."""
 
 

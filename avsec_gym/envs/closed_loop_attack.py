@@ -19,6 +19,7 @@ from avsec_gym.closed_loop.reacting import RECORDED
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.actions import checked_action
+from avsec_gym.envs.closed_loop import REFUSED as DRIVES_REFUSE
 from avsec_gym.envs.closed_loop import ClosedLoopEnv
 from avsec_gym.envs.closed_loop_observation import EACH, OWN, about_the_car, nearest_objects
 from avsec_gym.envs.closed_loop_parts import (
@@ -53,8 +54,8 @@ _DRAWS = 50
 
 
 REFUSED = {
+    **DRIVES_REFUSE,
     "attack": 'the agent plays it: `kind` names what it can do, such as "ghost"',
-    "clean": "thresholds come as a table here, which `avsec validate` makes",
 }
 """Parts that have no meaning here, with the reason."""
 

@@ -25,7 +25,7 @@ _ARGUMENTS = ("source", "first", "count")
 _KEPT, _SCANS = 8, 24
 _OF_A_CAR = (
     *("detector", "classifier", "selector", "planner", "clean"),
-    *("response", "motion", "score_threshold"),
+    *("response", "motion", "score_threshold", "road"),
 )
 REFUSED = {
     **dict.fromkeys(_OF_A_CAR, "no car drives at an instant of connected vehicles"),

@@ -101,7 +101,8 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
       procedural world, made in the cache on first use, or a folder in KITTI's object layout, or a
       dictionary such as `{"source": "/data/kitti/object", "split": "val", "count": 100}`;
       `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
-      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
+      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
+      `response="stop"`.
     * `attack=None`: an optical attack, such as `{"name": "facula", "camera": 2}`, or one on what
       detectors see, such as `"thesis_pgd"` or `{"name": "patch", "patch": "FILE"}`; the scenes and
       intentions of a seed are the same with and without it.
@@ -134,7 +135,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         self.points = whole_number("points", points, 0, MOST_POINTS)
         self.observation = one_of("observation", observation, (IMAGES, FEATURES))
         self.parts = parts_of(self, parts)
-        check_frame_scenes(self.parts.scenarios)
+        check_frame_scenes(self.parts.scenarios, self.parts.road)
         check_attacked(self.parts.attack, sensors_of(self.parts.scenarios), "the scenes")
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.coding.size,), np.float32)
         features = gym.spaces.Box(0.0, 1.0, (SIZE,), np.float32)
@@ -180,8 +181,8 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         """Begin an episode; ``options`` may pick a ``scenario`` and an ``intention``."""
         super().reset(seed=seed)
         options = reset_options(options)
-        intentions = intentions_named(options.get("intention"))
         scene = self._picked(options.get("scenario"))
+        intentions = scene.possible(intentions_named(options.get("intention")))
         # A scene of a contested set is driven with the intentions that it was chosen for.
         chosen = [way for way in intentions if self.scenes.scenes.plays(scene.id, way)]
         intention = (chosen or intentions)[int(self.np_random.integers(len(chosen or intentions)))]

@@ -82,7 +82,8 @@ class FaculaAttackEnv(OpticalAttackEnv):
       default suite of the procedural world, made in the cache on first use, or a folder in KITTI's
       object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
       `detector="dsgn"`, `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
-      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
+      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
+      `response="stop"`.
     * `radii=(37.5, 375)`: pixels of an image 1242 wide, in proportion in others; within 0.1 and
       10,000.
     * `strength=255`: of the light at its peak, grey levels, from 0.1 to 2550; two numbers: the

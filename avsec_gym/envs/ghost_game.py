@@ -40,6 +40,7 @@ from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import PlanningScenario
+from avsec_gym.scenario.roads import OWN, ROADS, THESIS, on_own_roads
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_set import SceneSet
@@ -86,10 +87,12 @@ class GhostGame:
         hides: Real objects that an action can hide, at most as many as an observation shows.
         motion: How much the planner knows of moving objects.
         ghost: The kind of ghosts, a key of `GHOSTS`.
+        road: The road that the car drives on, one of `avsec_gym.scenario.roads.ROADS`.
 
     Raises:
-        ConfigurationError: There is nothing to place or hide, the set is empty or unknown, or the
-            planner does not plan in batches.
+        ConfigurationError: There is nothing to place or hide, the set is empty or unknown, its
+            scenes have no road of their own that is asked for, or the planner does not plan in
+            batches.
     """
 
     def __init__(
@@ -100,6 +103,7 @@ class GhostGame:
         hides: int = 0,
         motion: Motion | str = Motion.STATIC,
         ghost: str = "patch",
+        road: str = THESIS,
     ) -> None:
         self.range = GHOSTS[one_of("ghost", ghost, GHOSTS)]
         self.motion = Motion.without_classifier(motion)
@@ -117,6 +121,8 @@ class GhostGame:
                 f" MotionPrimitivePlanner in complete mode, got {planner!r}"
             )
         self.scenes = _scenes(scenarios)
+        if one_of("road", road, ROADS) == OWN:
+            self.scenes = on_own_roads(self.scenes)
         self.victim = victim
         self._labelled = self.scenes.labelled
         self._ids = {scene.id: index for index, scene in enumerate(self._labelled)}
@@ -158,19 +164,19 @@ class GhostGame:
         options = reset_options(options)
         intentions = intentions_named(options.get("intention"))
         wanted = options.get("scenario")
-        ways = len(intentions)
         if wanted is not None:
             index = self._index(str(wanted))
-            return [self.round(index, intentions[int(g.integers(ways))]) for g in generators]
+            ways = self._labelled[index].possible(intentions)
+            return [self.round(index, ways[int(g.integers(len(ways)))]) for g in generators]
         # Most of what is drawn was drawn before.
         known = self._drawable.setdefault((fits is None, intentions), {})
         count = len(self.scenes)
 
         def drawn(generator: np.random.Generator) -> Round:
             for _ in range(50 * count):
-                number = pick(generator, count, ways)
+                number = pick(generator, count, len(intentions))
                 if number not in known:
-                    index, way = divmod(number, ways)
+                    index, way = divmod(number, len(intentions))
                     known[number] = self._drawn(index, intentions[way], fits)
                 round = known[number]
                 if round is not None:

@@ -60,7 +60,7 @@ class GhostObjectEnv(DetectionAttackEnv):
 
     ## Arguments
     * Of the car's parts those that need no sensors, see `avsec_gym.envs.parts.Parts`: `scenarios`,
-      `planner`, `motion`.
+      `planner`, `motion`, `road`.
     * `scenarios="layouts"`: 200 procedural layouts; `"mixed_contested"`; a folder of labelled
       scenarios or of KITTI labels; or a dictionary such as
       `{"name": "layouts", "seed": 1, "count": 1000}`.
@@ -96,5 +96,7 @@ class GhostObjectEnv(DetectionAttackEnv):
         **parts: Any,
     ) -> None:
         taken = parts_of(self, parts)
-        game = GhostGame(taken.scenarios, taken.planner, ghosts, hides, taken.motion, ghost)
+        game = GhostGame(
+            taken.scenarios, taken.planner, ghosts, hides, taken.motion, ghost, taken.road
+        )
         super().__init__(game, QueryBudget(queries, price, QUERIES), render_mode)

@@ -34,6 +34,8 @@ class GhostObjectVectorEnv(DetectionAttackVectorEnv):
         **parts: Any,
     ) -> None:
         taken = parts_of(self, parts)
-        game = GhostGame(taken.scenarios, taken.planner, ghosts, hides, taken.motion, ghost)
+        game = GhostGame(
+            taken.scenarios, taken.planner, ghosts, hides, taken.motion, ghost, taken.road
+        )
         budget = QueryBudget(queries, price, QUERIES)
         super().__init__(game, num_envs, max_episode_steps, budget, render_mode)

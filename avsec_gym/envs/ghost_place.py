@@ -63,12 +63,15 @@ class GhostPlaceEnv(DetectionAttackEnv):
 
     ## Arguments
     * Of the car's parts those that need no sensors, see `avsec_gym.envs.parts.Parts`: `scenarios`,
-      `planner`, `motion`.
+      `planner`, `motion`, `road`.
     * `scenarios="layouts"`: 200 procedural layouts; `"mixed_contested"`; a folder of labelled
       scenarios or of KITTI labels; or a dictionary such as
       `{"name": "layouts", "seed": 1, "count": 1000}`.
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
     * `places=16`: from 2 to 16.
+    * `road="thesis"`: straight lanes; `"own"`: the roads that the layouts lie on.  Played are those
+      on which an empty road leaves room for a ghost on as many spots as there are places, which
+      with 16 are highways; the spots' biases were found on the thesis' lanes.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;
       `"truth"`: it knows how the real objects move.
     * `queries=None`: the budget that the observation counts; None: 1.  An environment does not know
@@ -96,5 +99,5 @@ class GhostPlaceEnv(DetectionAttackEnv):
         **parts: Any,
     ) -> None:
         taken = parts_of(self, parts)
-        game = GhostPlaceGame(taken.scenarios, taken.planner, places, taken.motion)
+        game = GhostPlaceGame(taken.scenarios, taken.planner, places, taken.motion, taken.road)
         super().__init__(game, QueryBudget(queries, price, QUERIES), render_mode)

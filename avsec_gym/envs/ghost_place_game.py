@@ -27,6 +27,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.safety import SAFE
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.roads import THESIS
 from avsec_gym.scenario.scene import Motion
 
 _SAFE = OUTCOMES.index(SAFE)
@@ -92,6 +93,7 @@ class GhostPlaceGame:
         planner: The victim's motion planner, as of `GhostGame`.
         places: The number of places that each round offers.
         motion: How much the planner knows of moving objects.
+        road: The road that the car drives on, as of `GhostGame`.
 
     Raises:
         ConfigurationError: Fewer than two places or more than 16, or see `GhostGame`.
@@ -103,9 +105,10 @@ class GhostPlaceGame:
         planner: Any = "astar",
         places: int = 16,
         motion: Motion | str = Motion.STATIC,
+        road: str = THESIS,
     ) -> None:
         self.places = whole_number("places", places, 2, 16)
-        self.base = GhostGame(scenarios, planner, ghosts=1, motion=motion, ghost="car")
+        self.base = GhostGame(scenarios, planner, ghosts=1, motion=motion, ghost="car", road=road)
         self._answers: dict[tuple[int, Intention], Answers] = {}
         self._passable: dict[tuple[Any, ...], Spots] = {}
 
@@ -154,6 +157,9 @@ class GhostPlaceGame:
         ]
 
     def _contested(self, round: Round) -> bool:
+        # On a narrow road of its own, a car may pass ghosts on too few spots.
+        if round.scene.own_road is not None and len(self._passable_of(round)) < self.places:
+            return False
         return self.answers(round).contested
 
     def is_safe(self, index: int, intention: Intention) -> bool:
@@ -229,14 +235,19 @@ class GhostPlaceGame:
         Raises:
             ConfigurationError: They are too few.
         """
+        spots = self._passable_of(round)
+        if len(spots) < self.places:
+            raise ConfigurationError(
+                f"{self.places} places are too many: this planner passes ghosts on {len(spots)}"
+                " spots of an empty road"
+            )
+        return spots
+
+    def _passable_of(self, round: Round) -> Spots:
+        """The same, however few they are."""
         if round.kind not in self._passable:
             spots = spots_of(round.scene.road_type, round.intention)
             passable = self.empty_road(round, spots)
-            if np.count_nonzero(passable) < self.places:
-                raise ConfigurationError(
-                    f"{self.places} places are too many: this planner passes ghosts on"
-                    f" {np.count_nonzero(passable)} spots of an empty road"
-                )
             self._passable[round.kind] = Spots(spots.positions[passable], spots.bias[passable])
         return self._passable[round.kind]
 

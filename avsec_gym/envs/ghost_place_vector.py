@@ -33,6 +33,6 @@ class GhostPlaceVectorEnv(DetectionAttackVectorEnv):
         **parts: Any,
     ) -> None:
         taken = parts_of(self, parts)
-        game = GhostPlaceGame(taken.scenarios, taken.planner, places, taken.motion)
+        game = GhostPlaceGame(taken.scenarios, taken.planner, places, taken.motion, taken.road)
         budget = QueryBudget(queries, price, QUERIES)
         super().__init__(game, num_envs, max_episode_steps, budget, render_mode)

@@ -111,7 +111,7 @@ def round_of(index: int, scene: Scene, intention: Intention, motion: Motion) -> 
         _tracks(problem.obstacles.poses[order], steps),
         half_sizes,
         np.concatenate([head, np.clip(rows / _SCALE, -1.0, 1.0).ravel()]).astype(np.float32),
-        kind=(scene.road_type, intention, start.velocity, steps),
+        kind=(scene.road_type, intention, start.velocity, steps, scene.own_road),
     )
 
 

@@ -24,6 +24,7 @@ from avsec_gym.scenario.frame_scenes import (
     check_frame_scenes,
     frame_scenes_of,
 )
+from avsec_gym.scenario.roads import THESIS
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import MIXED_CONTESTED
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, Sensor
@@ -52,40 +53,55 @@ class PlayedFrame:
     scene: Scene | None = None
 
 
-def has_scenes(what: Any) -> bool:
+def has_scenes(what: Any, road: str = THESIS) -> bool:
     """Whether `what` names labelled scenes; else it names frames of drives.  Nothing is read.
 
+    Args:
+        what: See `played_frames`.
+        road: The road that scenes are driven on, one of `avsec_gym.scenario.roads.ROADS`.
+
     Raises:
-        ConfigurationError: It names neither.
+        ConfigurationError: It names neither, or what has no road of its own that is asked for.
         DataError: There is no such folder, or it has another layout.
     """
     source = what.get("source", "raw") if isinstance(what, Mapping) else what
     if isinstance(what, FrameScenes) or _is_object(source):
-        check_frame_scenes(what)
+        check_frame_scenes(what, road)
         return True
+    if road != THESIS:
+        raise ConfigurationError(
+            f'no car drives in recordings: give labelled scenes, such as scenarios="mixed", or'
+            f' leave out road="{road}"'
+        )
     _of_drives(what)
     return False
 
 
-def usual_sensors(what: Any) -> tuple[Sensor, ...]:
-    """Those that the frames have: the LiDAR, and three cameras of drives or two of scenes."""
-    return (LIDAR, 3, 2) if has_scenes(what) else KITTI_SYSTEM.sensors
+def usual_sensors(what: Any, road: str = THESIS) -> tuple[Sensor, ...]:
+    """Those that the frames have: the LiDAR, and three cameras of drives or two of scenes.
+
+    Arguments: see `has_scenes`.
+    """
+    return (LIDAR, 3, 2) if has_scenes(what, road) else KITTI_SYSTEM.sensors
 
 
-def played_frames(what: Any, sensors: tuple[Sensor, ...]) -> tuple[PlayedFrame, ...]:
+def played_frames(
+    what: Any, sensors: tuple[Sensor, ...], road: str = THESIS
+) -> tuple[PlayedFrame, ...]:
     """The frames that have all of the sensors.
 
     Args:
         what: `frame_scenes` describes it for scenes; of drives it is a folder, ``raw``, or a
             dictionary with ``source``, ``first`` and ``count``.
         sensors: S_0 to S_n.
+        road: The road that scenes are driven on, as of `has_scenes`.
 
     Raises:
         ConfigurationError: There are fewer frames than `first` leaves out.
         DataError: There is none, or it lacks a sensor.
     """
-    if has_scenes(what):
-        scenes = frame_scenes_of(what)
+    if has_scenes(what, road):
+        scenes = frame_scenes_of(what, road)
         every = [PlayedFrame(s.id, partial(scenes.frame, s), s) for s in scenes.scenes.labelled]
         played = tuple(each for each in every if _has(each.frame(), sensors))
         if not played:

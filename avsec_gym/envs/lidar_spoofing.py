@@ -81,7 +81,8 @@ class LidarSpoofingEnv(OpticalAttackEnv):
       object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
       `detector="scan_obstacles"`, since the car has to see what is attacked (`"pixor"` is a network
       of the package); `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
-      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
+      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
+      `response="stop"`.
     * `distances=(5, 40)`, `widths=(0.5, 2.5)`, `heights=(0.5, 1.5)`: metres, up to 120, 50 and 10.
     * `bearings=(-0.7, 0.7)`: radians, about what KITTI's cameras see; within a turn.
     * `rays_lost=False`: points are added, as in the thesis; True: beams that meet the patch return

@@ -13,7 +13,7 @@ from inspect import Parameter, Signature, signature
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from avsec_gym.argument_checks import keep_checked, number
+from avsec_gym.argument_checks import keep_checked, number, one_of
 from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.envs.game_validator import check_validator, is_measured, validator_and_played
 from avsec_gym.envs.one_thread import one_thread
@@ -22,6 +22,7 @@ from avsec_gym.image_only import check_detector
 from avsec_gym.pipeline import Pipeline
 from avsec_gym.registry import Kind, check, make
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
+from avsec_gym.scenario.roads import ROADS, THESIS
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.validation.response import Response
@@ -66,6 +67,9 @@ class Parts:
         motion: What the planner takes as moving where there is no classifier: ``static``, nothing;
             ``truth``: it knows how the real objects behind the boxes move.
         score_threshold: Detections of a lower score are not planned on, in [0, 1].
+        road: What the car drives on: ``thesis``, the authors' straight lanes; ``own``, the road
+            that a procedural scene lies on, with the intentions that it has lanes for.  Scenes of
+            real frames have none.
         agent: The part that the agent plays.
 
     Raises:
@@ -85,6 +89,7 @@ class Parts:
     response: Response | str | None = "stop"
     motion: Motion | str = "static"
     score_threshold: float = 0.3
+    road: str = THESIS
     agent: Kind = Kind.ATTACK
 
     def __post_init__(self) -> None:
@@ -92,6 +97,7 @@ class Parts:
             "score_threshold": number("score_threshold", self.score_threshold, 0.0, 1.0),
             "motion": _known_motion(self.motion, self.classifier),
             "planner": _checked(Kind.PLANNER, self.planner),
+            "road": one_of("road", self.road, ROADS),
         }
         check_validator(self.validator, self.clean)
         if self.validator is not None and not is_measured(self.validator):
@@ -119,11 +125,11 @@ class Parts:
 
         Raises:
             ConfigurationError: Arguments of a part do not fit, no scene is left, or the scenes
-                lack a sensor that is judged.
+                lack a sensor that is judged, or a road of their own that is asked for.
             DataError: A file, such as the detector's weights, is missing or broken.
         """
         clean = None if self.clean is None else frame_scenes_of(self.clean)
-        scenes = frame_scenes_of(self.scenarios)
+        scenes = frame_scenes_of(self.scenarios, self.road)
         with one_thread():  # As in `_made`.
             validator, scenes = validator_and_played(self.validator, scenes, clean)
             judged = self.agent == Kind.DETECTOR

@@ -83,7 +83,8 @@ class PatchAttackEnv(SensorAttackEnv):
       default suite of the procedural world, made in the cache on first use, or a folder in KITTI's
       object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
       `detector="dsgn"`, `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
-      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
+      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
+      `response="stop"`.
     * `patch=None`: the package's patch against this detector, of noise where it has none;
       `"noise"`, uniform; `"grey"`; a file that `avsec attack patch` made; or a live patch.
     * `observation="features"`: or `"images"`, `"both"`, see above.

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import flag, whole_number
+from avsec_gym.argument_checks import flag, shown, whole_number
 from avsec_gym.attacks.attack import LEFT, RIGHT, Budget
+from avsec_gym.envs.gradient_basis import GradientBasis
 from avsec_gym.envs.observations import FEATURES
-from avsec_gym.envs.parts import takes_parts
+from avsec_gym.envs.parts import Parts, takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import PLAYED, RENAMED, SensorAttackEnv, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.wave_basis import WaveBasis
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
 from avsec_gym.registry import Kind
@@ -32,13 +36,17 @@ class PerturbationAttackEnv(SensorAttackEnv):
     step is one query: the car looks at the attacked pair and plans anew, and its trajectory is
     checked for collisions with what is really there.
 
+    With a `surrogate`, a detector that the attacker owns, the pattern is a sum of the gradients of
+    the terms of its training loss instead of waves: what fools one detector may fool another.  The
+    car's own detector stays a black box.
+
     With a `validator` in the car, it responds to an alarm as `response` states (it stops, drops
     the compromised sensors or repairs their data; None: it drives on), and an attack counts only
     where the car is unsafe in spite of that: by a collision, or without a plan where it did
     not stop at an alarm; where it drives on, only without an alarm.
 
     ## Observation
-    `Box(-1, 1, (119 + 2 waves,), float32)`, twice as many waves with `shared=False`: see
+    `Box(-1, 1, (119 + n,), float32)` for actions of n numbers: see
     `avsec_gym.envs.sensor_attack_features.features`; then the last action, zeros at first.  With
     `observation="images"` the left image without the attack, made small,
     `Box(0, 255, (48, 160, 3), uint8)`; with `"both"` a `Dict` of `features` and `images`.
@@ -49,7 +57,9 @@ class PerturbationAttackEnv(SensorAttackEnv):
     proportions make the pattern, and the largest of them, times `epsilon`, the strength.  With
     `shared=False` the second half of twice as many coefficients makes the right image's pattern.
     Attacked images have whole grey levels in 0..255.  `avsec_gym.envs.wave_basis.WaveBasis` lists
-    the waves.
+    the waves.  With a `surrogate` there is a coefficient for each term of its loss, colours change
+    by themselves, and `shared=True` adds up the gradients of both images
+    (`avsec_gym.envs.gradient_basis.GradientBasis`).
 
     ## Reward
     1 when the safe plan becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
@@ -71,10 +81,14 @@ class PerturbationAttackEnv(SensorAttackEnv):
       default suite of the procedural world, made in the cache on first use, or a folder in KITTI's
       object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
       `detector="dsgn"`, `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
-      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
+      `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
+      `response="stop"`.
     * `epsilon=8`: grey levels, a whole number from 1 to 255, as a camera's are.
     * `waves=8`: at most 256; `wavelengths=(12, 60)`: shortest and longest, pixels of the camera,
       from 2 to 10,000.
+    * `surrogate=None`: a detector other than the car's, as `detector` is named, whose gradients
+      take the waves' place; `terms=None`: names of terms of its loss, None: of `"dsgn"`
+      `classification`, `box` and `centerness`, of `"stereo_rcnn"` its six.
     * `shared=True`: both images get one pattern, as in the text of the thesis.
     * `observation="features"`: or `"images"`, `"both"`, see above.
     * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
@@ -97,6 +111,8 @@ class PerturbationAttackEnv(SensorAttackEnv):
         epsilon: int = 8,
         waves: int = 8,
         wavelengths: tuple[float, float] = (12.0, 60.0),
+        surrogate: Any = None,
+        terms: Sequence[str] | None = None,
         shared: bool = True,
         observation: str = FEATURES,
         queries: int | None = None,
@@ -104,7 +120,15 @@ class PerturbationAttackEnv(SensorAttackEnv):
         render_mode: str | None = None,
         **parts: Any,
     ) -> None:
-        self.basis = WaveBasis(waves, wavelengths)
+        self.basis: WaveBasis | GradientBasis = WaveBasis(waves, wavelengths)
+        if surrogate is not None:
+            _check_other(surrogate, parts.get("detector", Parts.detector))
+            self.basis = GradientBasis(surrogate, terms)
+        elif terms is not None:
+            raise ConfigurationError(
+                "terms are those of a surrogate's loss: name it, such as surrogate="
+                '"stereo_rcnn", or leave them out'
+            )
         self.budget = Budget(float(whole_number("epsilon", epsilon, 1, 255)))
         self.shared = flag("shared", shared)
         super().__init__(
@@ -123,7 +147,7 @@ class PerturbationAttackEnv(SensorAttackEnv):
         for view, camera in enumerate((LEFT, RIGHT)):
             image = frame.image(camera)
             coefficients = action.reshape(-1, self.basis.size)[0 if self.shared else view]
-            pattern = self.basis.pattern(coefficients, image.shape[:2])[..., None]
+            pattern = self._pattern(situation, coefficients, view)
             attacked = np.clip(np.rint(image + used * self.budget.change * pattern), 0, 255)
             change = max(change, float(np.abs(attacked - image).max()))
             frame = frame.with_image(camera, cast(Image, attacked.astype(np.uint8)))
@@ -133,3 +157,28 @@ class PerturbationAttackEnv(SensorAttackEnv):
     def untouched(self) -> dict[str, float]:
         """No change."""
         return {"change": 0.0}
+
+    def _pattern(self, situation: Situation, coefficients: Floats, view: int) -> NDArray[np.int8]:
+        """The signs of the change of the left (0) or right (1) image, shape (H, W, 1 or 3)."""
+        frame = situation.unattacked.frame
+        if isinstance(self.basis, WaveBasis):
+            return self.basis.pattern(coefficients, frame.image(LEFT).shape[:2])[..., None]
+        images = self.basis.images(frame, situation.scene.boxes)
+        return self.basis.pattern(coefficients, images.sum(axis=0) if self.shared else images[view])
+
+
+def _check_other(surrogate: Any, detector: Any) -> None:
+    """Refuse the car's own detector as a surrogate.
+
+    Raises:
+        ConfigurationError: They are the same.
+    """
+    one, other = (
+        each["name"] if isinstance(each, Mapping) and set(each) == {"name"} else each
+        for each in (surrogate, detector)
+    )
+    if one is other or (isinstance(one, str | Mapping) and one == other):
+        raise ConfigurationError(
+            f"the surrogate {shown(surrogate)} is the car's own detector, which the attacker cannot"
+            ' look into: name another one, such as "stereo_rcnn" or "dsgn"'
+        )

@@ -82,7 +82,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     ) -> None:
         super().__init__(render_mode)
         self.parts, self.query_budget = parts_of(self, parts), budget
-        check_frame_scenes(self.parts.scenarios)
+        check_frame_scenes(self.parts.scenarios, self.parts.road)
         self.observation = one_of("observation", observation, OBSERVATIONS)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)
         vector = gym.spaces.Box(-1.0, 1.0, (self.known_size + action_size,), np.float32)

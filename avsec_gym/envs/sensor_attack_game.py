@@ -77,6 +77,7 @@ class SensorAttackGame:
         intentions = intentions_named(options.get("intention"))
         if options.get("scenario") is not None:
             scene = self._named(str(options["scenario"]))
+            intentions = scene.possible(intentions)
             return self.situation(scene, intentions[int(random.integers(len(intentions)))])
         # All situations in a random order: the first one that fits is drawn.
         plays = self.scenes.scenes.plays

@@ -136,7 +136,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         self._drawn = isinstance(attack, str) and attack == _THESIS
         self.parts = parts_of(self, {**parts, "attack": None} if self._drawn else parts)
         self._attack = _optical(self.parts.attack)
-        usual = usual_sensors(self.parts.scenarios)
+        usual = usual_sensors(self.parts.scenarios, self.parts.road)
         self.system = SensorSystem(usual if sensors is None else sensors)
         # The agent could not name another sensor.
         check_attacked(self._attack, self.system.sensors, "the sensors that are judged")
@@ -159,7 +159,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     @cached_property
     def frames(self) -> tuple[PlayedFrame, ...]:
         """The frames that are played, without an attack; see `played_frames`."""
-        return played_frames(self.parts.scenarios, self.system.sensors)
+        return played_frames(self.parts.scenarios, self.system.sensors, self.parts.road)
 
     @cached_property
     def pipeline(self) -> Pipeline:
@@ -189,8 +189,11 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         super().reset(seed=seed)
         options = reset_options(options, "attacked")
         random, intentions = self.np_random, intentions_named(options.get("intention"))
-        self._intention = intentions[int(random.integers(len(intentions)))]
+        number = int(random.integers(len(intentions)))
         self._played = self._picked(options.get("scenario"))
+        if self._played.scene is not None:
+            intentions = self._played.scene.possible(intentions)
+        self._intention = intentions[number % len(intentions)]
         drawn = self.cases[int(random.integers(len(self.cases)))]
         attacked = drawn if random.random() >= self.unattacked else ()
         if "attacked" in options:

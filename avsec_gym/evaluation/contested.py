@@ -64,7 +64,7 @@ def contested(scenes: SceneSet) -> SceneSet:
         ConfigurationError: None is contested.
     """
     ways = {
-        scene.id: frozenset(way for way in Intention if is_contested(scene, way))
+        scene.id: frozenset(way for way in scene.intentions if is_contested(scene, way))
         for scene in scenes.labelled
     }
     chosen = tuple(scene for scene in scenes.scenes if ways[scene.id])

@@ -14,6 +14,7 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.own_road import OwnRoad
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.road import Road, straight_lanes
 from avsec_gym.scenario.shapes import Rectangle
@@ -39,6 +40,7 @@ def build_planning_scenario(
     speeds: Floats | None = None,
     start_speed: float | None = None,
     id: str = "scenario",
+    own_road: OwnRoad | None = None,
 ) -> PlanningScenario:
     """The problem that the motion planner gets: start, goal, lanes and obstacles.
 
@@ -49,13 +51,14 @@ def build_planning_scenario(
         speeds: Speed of each box along its heading, m/s, shape (N,); None: all stand.
         start_speed: The ego vehicle's; None takes the road type's.
         id: Id of the scenario.
+        own_road: The road; None: the thesis' straight lanes.
     """
     constraints = driving_constraints(road_type)
     return PlanningScenario(
         id=id,
         start=EgoState(velocity=constraints.start_speed if start_speed is None else start_speed),
-        goals=(goal_of(road_type, intention),),
-        road=straight_road(),
+        goals=(goal_of(road_type, intention, own_road),),
+        road=straight_road() if own_road is None else own_road.road,
         obstacles=obstacles_of(boxes, speeds),
         dt=TIME_STEP,
         road_type=RoadType(road_type),
@@ -63,19 +66,23 @@ def build_planning_scenario(
     )
 
 
-def goal_of(road_type: RoadType, intention: Intention) -> Goal:
-    """The goal region 15 m ahead in the lane that the intention names."""
+def goal_of(road_type: RoadType, intention: Intention, own_road: OwnRoad | None = None) -> Goal:
+    """The goal region 15 m ahead in the lane that the intention names.
+
+    Args:
+        road_type: Gives the speeds.
+        intention: One that the road has a lane for.
+        own_road: The road; None: the thesis' straight lanes.
+    """
+    if own_road is None:
+        left = LANE_WIDTH * Intention(intention).lanes_to_the_left
+        region = Rectangle(GOAL_LENGTH, LANE_WIDTH, GOAL_DISTANCE, left)
+    else:
+        region = own_road.stretch(intention, GOAL_DISTANCE, GOAL_LENGTH)
     return Goal(
         steps=GOAL_STEPS,
-        region=(
-            Rectangle(
-                GOAL_LENGTH,
-                LANE_WIDTH,
-                GOAL_DISTANCE,
-                LANE_WIDTH * Intention(intention).lanes_to_the_left,
-            ),
-        ),
-        heading=(-GOAL_HEADING, GOAL_HEADING),
+        region=(region,),
+        heading=(region.heading - GOAL_HEADING, region.heading + GOAL_HEADING),
         velocity=driving_constraints(road_type).goal_velocity,
     )
 

@@ -23,12 +23,14 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.scenario.contested_sets import contested_sets
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
+from avsec_gym.scenario.roads import THESIS, no_road_of_its_own, on_own_roads
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import MIXED_CONTESTED, labelled_scenarios, labelled_scene
 from avsec_gym.sensor_system import LIDAR, Sensor
-from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.regular_files import is_file, is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
 
@@ -131,30 +133,36 @@ def frame_scenes(
     return FrameScenes(scenes.limited(count), data)
 
 
-def frame_scenes_of(what: Any) -> FrameScenes:
+def frame_scenes_of(what: Any, road: str = THESIS) -> FrameScenes:
     """Scenes that are named: the form in which environments ask for them, and keep them.
 
     Args:
         what: A source, a dictionary of arguments of `frame_scenes`, or live scenes.
+        road: The road that they are driven on, one of `avsec_gym.scenario.roads.ROADS`.
 
     Raises:
-        ConfigurationError: These are no arguments, or a source is none.
+        ConfigurationError: These are no arguments, a source is none, or a scene has no road of its
+            own that is asked for.
         DataError: See `frame_scenes`.
     """
     if isinstance(what, FrameScenes):
-        return what
-    check_frame_scenes(what)
-    return _kept(tuple(sorted(scene_arguments(what, frame_scenes).items())))
+        scenes = what
+    else:
+        check_frame_scenes(what, road)
+        scenes = _kept(tuple(sorted(scene_arguments(what, frame_scenes).items())))
+    return scenes if road == THESIS else _on_own_roads(scenes)
 
 
-def check_frame_scenes(what: Any) -> None:
+def check_frame_scenes(what: Any, road: str = THESIS) -> None:
     """Refuse what `frame_scenes_of` cannot know, without making a suite or reading a scene.
 
     Args:
         what: A source, a dictionary of arguments or live scenes, as of `frame_scenes_of`.
+        road: The road that they are driven on, as of `frame_scenes_of`.
 
     Raises:
-        ConfigurationError: These are no arguments, or a source or split is a mistyped name.
+        ConfigurationError: These are no arguments, a source or split is a mistyped name, or a
+            folder's scenes have no road of their own that is asked for.
         DataError: A folder or split is missing.
     """
     if isinstance(what, FrameScenes):
@@ -172,6 +180,8 @@ def check_frame_scenes(what: Any) -> None:
         if str(each) not in (*SUITES, MIXED_CONTESTED):
             data = _data(str(each))
             _ = split is None or data.ids(split)  # Which looks into the list of them only.
+            if road != THESIS and not is_folder(data.folder / "scene"):
+                raise no_road_of_its_own(f"what lies in {each}")
         elif split not in (None, *_SPLITS):
             problem = f"the suite {each} has no split {split!r}"
             raise ConfigurationError(unknown_name(problem, str(split), _SPLITS))
@@ -198,6 +208,17 @@ def sensors_of(what: Any) -> frozenset[Sensor]:
 @lru_cache(maxsize=8)
 def _kept(arguments: tuple[tuple[str, Any], ...]) -> FrameScenes:
     return frame_scenes(**dict(arguments))
+
+
+def _on_own_roads(scenes: FrameScenes) -> FrameScenes:
+    """The same, on the roads of the layouts that the scene files name."""
+    layouts = {}
+    for scene in scenes.scenes.labelled:
+        path = scenes.data[scene.id].folder / "scene" / f"{scene.id}.json"
+        if is_file(path):
+            facts = read_json_object(path, remedy="Make the frame anew with `avsec world make`.")
+            layouts[scene.id] = str(facts.get("layout"))
+    return replace(scenes, scenes=on_own_roads(scenes.scenes, layouts))
 
 
 def _given(scenarios: str | Path, data: Mapping[str, KittiObject], seed: int) -> SceneSet:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -20,6 +21,7 @@ from avsec_gym.scenario.builder import (
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.obstacles import Obstacles
+from avsec_gym.scenario.own_road import OwnRoad
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.suggestions import unknown_name
 
@@ -78,6 +80,7 @@ class Scene:
         group: A subset that the scene belongs to, such as ``dynamic street``.
         draw_start_speed: Whether the ego vehicle's start speed is drawn from the thesis' range (and
             primitives start there) instead of the authors' 6 or 11 m/s.
+        own_road: The road that the scene lies on; None: the thesis' straight lanes.
     """
 
     id: str
@@ -87,6 +90,7 @@ class Scene:
     number: int = 0
     group: str = ""
     draw_start_speed: bool = False
+    own_road: OwnRoad | None = None
     speeds: Floats = field(init=False)
     """Speed of each object along its heading, m/s, shape (N,)."""
 
@@ -97,6 +101,25 @@ class Scene:
         object.__setattr__(
             self, "speeds", draw_speeds(moving, self.road_type, self.seed, self.number)
         )
+
+    @property
+    def intentions(self) -> tuple[Intention, ...]:
+        """The driving intentions that the road has a lane for."""
+        return tuple(Intention) if self.own_road is None else self.own_road.intentions
+
+    def possible(self, intentions: Sequence[Intention]) -> tuple[Intention, ...]:
+        """Those of some intentions that the road has a lane for, in their order.
+
+        Raises:
+            ConfigurationError: It has none.
+        """
+        found = tuple(each for each in intentions if each in self.intentions)
+        if not found:
+            raise ConfigurationError(
+                f"{self.id}: no lane of the car's direction lies to the {intentions[0]} on the"
+                f" scene's own road; intentions here: {', '.join(self.intentions)}"
+            )
+        return found
 
     @property
     def start_speed(self) -> float:
@@ -130,8 +153,10 @@ class Scene:
             road_type: Believed road type; None: the truth.
 
         Raises:
-            ConfigurationError: Motion is to come from a classifier, and the boxes have no `moving`.
+            ConfigurationError: Motion is to come from a classifier, and the boxes have no `moving`;
+                or the road has no lane for the intention.
         """
+        self.possible([intention])
         boxes = self.boxes if believed is None else believed
         road_type = self.road_type if road_type is None else road_type
         speeds = None
@@ -146,6 +171,7 @@ class Scene:
             speeds=speeds,
             start_speed=self._start_speed(road_type),
             id=self.id,
+            own_road=self.own_road,
         )
 
     def speeds_of(self, detected: Boxes3D) -> Floats:

@@ -49,6 +49,7 @@ from avsec_gym.validation.response import Response
         ({"motion": "statik"}, "static"),
         ({"motion": "classifier"}, "none is here"),
         ({"score_threshold": 1.5}, r"from 0 to 1, got 1\.5"),
+        ({"road": "onw"}, 'mean "own"'),
     ],
     ids=str,
 )
