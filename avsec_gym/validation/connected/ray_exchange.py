@@ -93,7 +93,8 @@ def exchange_rays(
             if about == witness:
                 continue
             with traffic.step("witness"):
-                seen = count_rays(observer, claims, regions, margins)
+                further = [claimed[each] for each in claimed if each not in (about, witness)]
+                seen = count_rays(observer, claims, regions, margins, further)
                 content = encode_counts(budget.counts_within(seen, others))
             read_counts = traffic.send(
                 MessageKind.COUNTS, witness, content, lambda sent: decode_counts(sent, regions)
