@@ -45,8 +45,8 @@ class MessageBudget:
         most = int(self.nbytes * self.proposals - fixed) // REGION_BYTES
         return RegionMessage(message.sender, message.pose, message.regions[: max(most, 0)])
 
-    def claims_within(self, claims: Claims, spent: int) -> Claims:
-        """A vehicle's claims, each with every second, third, ... voxel if there are too many.
+    def message_of_claims(self, claims: Claims, spent: int) -> bytes:
+        """The message of a vehicle's claims: every second, third, ... voxel if they are too many.
 
         Args:
             claims: All that the vehicle could claim.
@@ -55,15 +55,14 @@ class MessageBudget:
         most = int(self.nbytes * (1 - self.counts)) - spent
         for step in range(1, _THINNEST + 1):
             thinned = _every(claims, step)
-            if len(encode_claims(thinned)) <= most:
-                return thinned
+            if len(message := encode_claims(thinned)) <= most:
+                return message
         # Too many regions: those with the most voxels are claimed.
         for kept in range(len(claims) - 1, 0, -1):
             chosen = np.sort(np.argsort(-claims.count, kind="stable")[:kept])
-            largest = thinned[chosen]
-            if len(encode_claims(largest)) <= most:
-                return largest
-        return claims[np.zeros(0, np.int64)]
+            if len(message := encode_claims(thinned[chosen])) <= most:
+                return message
+        return encode_claims(claims[np.zeros(0, np.int64)])
 
     def counts_within(self, counts: WitnessCounts, others: int) -> WitnessCounts:
         """The counts to send on another vehicle's claims: contradictions first, then most rays.
@@ -86,6 +85,8 @@ _THINNEST = 12
 
 def _every(claims: Claims, step: int) -> Claims:
     """Of each claim every so manieth voxel, the first among them."""
+    if step == 1:
+        return claims
     first = np.cumsum(claims.count) - claims.count
     place = np.arange(len(claims.voxel)) - np.repeat(first, claims.count)
     return Claims(

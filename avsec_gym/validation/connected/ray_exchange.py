@@ -14,7 +14,7 @@ from avsec_gym.validation.connected.admission import admitted_counts
 from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import MergedProposals
-from avsec_gym.validation.connected.rays.claim_message import decode_claims, encode_claims
+from avsec_gym.validation.connected.rays.claim_message import decode_claims
 from avsec_gym.validation.connected.rays.claims import Claims, claim, claimed_layers
 from avsec_gym.validation.connected.rays.decision import Decision, decide
 from avsec_gym.validation.connected.rays.observer import observe
@@ -77,14 +77,14 @@ def exchange_rays(
             velocity = None if motions is None else motions[number](regions)
             mine = claim(observers[number], regions, velocity)
             spent = traffic.sent[number].total()
-            content = encode_claims(budget.claims_within(mine, spent))
+            content = budget.message_of_claims(mine, spent)
         read = traffic.send(
-            MessageKind.CLAIMS, number, content, lambda sent: decode_claims(sent, regions)
+            MessageKind.CLAIMS, number, content, lambda sent: (decode_claims(sent, regions), sent)
         )
-        # Of a vehicle with several messages the first counts.
+        # Of a vehicle with several messages the first counts; all others get it as it came.
         if read:
-            claimed[number] = read[0]
-            traffic.broadcast("claims", encode_claims(read[0]))
+            claimed[number], message = read[0]
+            traffic.broadcast("claims", message)
     layers = claimed_layers(claimed, regions, len(scans))
     counts = np.zeros((len(regions), len(scans), len(scans), 3), np.int64)
     for witness, observer in enumerate(observers):
@@ -93,7 +93,8 @@ def exchange_rays(
             if about == witness:
                 continue
             with traffic.step("witness"):
-                seen = count_rays(observer, claims, regions, margins)
+                further = [claimed[each] for each in claimed if each not in (about, witness)]
+                seen = count_rays(observer, claims, regions, margins, further)
                 content = encode_counts(budget.counts_within(seen, others))
             read_counts = traffic.send(
                 MessageKind.COUNTS, witness, content, lambda sent: decode_counts(sent, regions)

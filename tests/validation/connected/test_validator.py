@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -235,6 +235,36 @@ def test_a_vehicle_is_no_witness_of_what_it_stands_in(clean: list[VehicleScan]) 
         assert not result.counts[region, :, vehicle].any()
         merged_in.append(region)
     assert len(set(merged_in)) == 4
+
+
+def _taken(apart: float, poses: Sequence[np.ndarray], *boxes: tuple[Box, ...]) -> list[VehicleScan]:
+    """Scans of three vehicles, so many seconds one after the other."""
+    return [
+        replace(scan_of(pose, *seen), time=apart * (number - 1), sweep=RollingSweep(period=0.0))
+        for number, (pose, seen) in enumerate(zip(poses, boxes, strict=True))
+    ]
+
+
+@pytest.mark.parametrize("apart", [0.1, 0.2, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("speed", [6.0, 15.0])
+@pytest.mark.parametrize("heading", [0.1, 1.6])
+def test_no_honest_vehicle_is_named_beside_a_car_that_moves(
+    apart: float, speed: float, heading: float
+) -> None:
+    x, y, _ = _GHOST
+    way = speed * apart * np.array([-1.0, 0.0, 1.0])
+    moving = [(x + by * np.cos(heading), y + by * np.sin(heading), heading) for by in way]
+    scans = _taken(apart, _POSES[:3], *((_CAR, each) for each in moving))
+    assert ConnectedValidator().validate(scans).accused == ()
+
+
+def test_scans_half_a_second_apart_still_show_what_was_cut_out_of_the_middle_one() -> None:
+    # One vehicle that drives on, as in the thesis (section 4.5).
+    poses = [pose_at(0.6 * number, 0, 0) for number in range(3)]
+    scans = _taken(0.5, poses, (_CAR,), (), (_CAR,))
+    assert ConnectedValidator().validate(scans).accused == (1,)
+    # Cut out of the first one, it may have come since.
+    assert ConnectedValidator().validate(_taken(0.5, poses, (), (_CAR,), (_CAR,))).accused == ()
 
 
 def test_a_roadside_lidar_bears_witness_of_what_stands_under_it(

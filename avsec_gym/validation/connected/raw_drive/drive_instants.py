@@ -1,8 +1,8 @@
 """Three scans of a KITTI raw drive, half a second apart, as if three vehicles took them at once.
 
 The thesis' data (section 4.5): where all stands still, scans of one vehicle at intervals are scans
-of several vehicles at one instant. What moves between them is in several places at once, which
-nothing here corrects.
+of several vehicles at one instant. What moves between them is in several places at once: each scan
+has its own time, so that rays count only where a thing is known to have stood (`count_rays`).
 """
 
 from __future__ import annotations
@@ -140,8 +140,10 @@ def _instant(drive: Drive, frames: tuple[int, ...], poses_by: PosesBy | None) ->
     return DriveInstant(
         _name(drive, frames),
         tuple(
-            VehicleScan(scan, pose, 0.0, sweep)
-            for scan, pose, sweep in zip(points, poses, _sweeps(poses, frames), strict=True)
+            VehicleScan(scan, pose, _PERIOD * (number - frames[middle]), sweep)
+            for scan, pose, sweep, number in zip(
+                points, poses, _sweeps(poses, frames), frames, strict=True
+            )
         ),
         frames=frames,
         poses_by=poses_by,

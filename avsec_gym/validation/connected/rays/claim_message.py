@@ -2,7 +2,7 @@
 
 A header of the format's number (1 byte) and the number of claims (2 bytes); for each claim its
 region (2 bytes), velocity (two times 2 bytes, in hundredths of a metre a second), number of
-voxels (1 byte) and time (1 byte, signed, in 2 ms); then all voxels: the first of a claim, and of
+voxels (1 byte) and time (2 bytes, signed, in 2 ms); then all voxels: the first of a claim, and of
 each further one how far it lies after the one before, as numbers of 7 bits a byte of which the last
 has its highest bit clear.
 """
@@ -25,16 +25,16 @@ from avsec_gym.validation.connected.rays.claims import (
 )
 from avsec_gym.validation.connected.regions import Regions
 
-_FORMAT = 2
-_HEADER, _CLAIM = struct.Struct("<BH"), struct.Struct("<HhhBb")
+_FORMAT = 3
+_HEADER, _CLAIM = struct.Struct("<BH"), struct.Struct("<HhhBh")
 VELOCITY_STEP = 0.01
 """Precision of velocities in a message, m/s."""
 TIME_STEP = 0.002
 """Precision of times in a message, seconds."""
 MOST_BYTES = _HEADER.size + MOST_CLAIMS * _CLAIM.size + 3 * MOST_VOXELS
 """Most bytes of a message; what is longer is none."""
-_MOST_TIME_STEPS = 127
-"""A byte, with its sign."""
+_MOST_TIME_STEPS = 32767
+"""Two bytes, with their sign."""
 _MOST_VOXEL = 1 << 21
 """Voxels of a region that three bytes can number."""
 
@@ -51,7 +51,7 @@ def encode_claims(claims: Claims) -> bytes:
         raise DataError(
             f"A claim of {np.abs(claims.time).max():.3f} s beside the instant does not fit into a "
             f"message, which holds up to {_MOST_TIME_STEPS * TIME_STEP:g} s.",
-            remedy="Compare instants with scans that are taken within half a second of them.",
+            remedy="Compare instants with scans that are taken within a minute of them.",
         )
     rows = zip(claims.region, _steps(claims), claims.count, times, strict=True)
     header = _HEADER.pack(_FORMAT, len(claims))

@@ -87,8 +87,9 @@ class Claims:
         """In how many layers of voxels, one above the other, each claim has some, shape (C,)."""
         claim = self.of_voxels()
         height = grid_shapes(regions.grown(MARGIN, MARGIN).size)[self.region, 2][claim]
-        some = np.unique(np.stack([claim, self.voxel % height]), axis=1)
-        return np.bincount(some[0], minlength=len(self))
+        most = height.max(initial=1)
+        some = np.unique(claim * most + self.voxel % height)
+        return np.bincount(some // most, minlength=len(self))
 
     def places(self, regions: Regions) -> Floats:
         """Centres of the voxels in the world, shape (V, 3)."""
@@ -161,9 +162,11 @@ def claim(observer: Observer, regions: Regions, velocity: Floats | None = None) 
         CLEARANCE,
     )
     # Each voxel once, rising within its region.
-    ends = np.unique(seen[ends[0]] << _VOXEL_BITS | ends[1])
+    ends = np.sort(seen[ends[0]] << _VOXEL_BITS | ends[1])
+    ends = ends[np.diff(ends, prepend=-1) > 0]
     of_region, voxel = ends >> _VOXEL_BITS, ends & (1 << _VOXEL_BITS) - 1
-    region, first, count = np.unique(of_region, return_index=True, return_counts=True)
+    first = np.flatnonzero(np.diff(of_region, prepend=-1))
+    region, count = of_region[first], np.diff(first, append=len(ends))
     # Those with most voxels, if there are too many.
     chosen = np.sort(np.argsort(-count, kind="stable")[:MOST_CLAIMS])
     region, first, count = region[chosen], first[chosen], count[chosen]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,24 @@ from avsec_gym.box_overlap import rectangle_overlap
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.merging import seen_from_above, stands_in
-from avsec_gym.validation.connected.rays.claims import MOST_CLAIMS, MOST_VOXELS_OF_ONE, Claims
+from avsec_gym.validation.connected.rays.claims import (
+    MARGIN,
+    MOST_CLAIMS,
+    MOST_VOXELS_OF_ONE,
+    Claims,
+    grid_shapes,
+)
 from avsec_gym.validation.connected.rays.observer import Observer
 from avsec_gym.validation.connected.rays.witness import WitnessMargins, count_outcomes
 from avsec_gym.validation.connected.regions import Regions
 
 ACCUSING_RAYS = 8
 """Rays that pass through what a vehicle claims, at least, where another accuses."""
+SEARCHED = 0.25
+"""Seconds between two looks up to which a thing that may have moved is looked for: clocks and
+sweeps are at most 0.1 s apart each."""
+_SAME_PLACE = 2
+"""Voxels by which two claims of what stands may reach less or more far to each side."""
 _FORMAT = 1
 _HEADER, _ROW = struct.Struct("<BH"), struct.Struct("<HBBB")
 
@@ -47,7 +59,11 @@ class WitnessCounts:
 
 
 def count_rays(
-    witness: Observer, claims: Claims, regions: Regions, margins: WitnessMargins
+    witness: Observer,
+    claims: Claims,
+    regions: Regions,
+    margins: WitnessMargins,
+    further: Sequence[Claims] = (),
 ) -> WitnessCounts:
     """How many of a witness' rays support and contradict another vehicle's claims.
 
@@ -59,11 +75,16 @@ def count_rays(
     else is claimed, fewer rays that pass through are reported than an accusation needs.  Of regions
     in which the witness itself stands it reports nothing.
 
+    More than `SEARCHED` seconds apart, a thing may have gone anywhere, out of sight, too.  Then
+    rays that pass where it was count for nothing, unless a further vehicle saw it there, too, and
+    the witness looked between the two: what is at the same place before and after stood meanwhile.
+
     Args:
         witness: The vehicle that looks.
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
+        further: What further vehicles claim, as far as the witness has heard of it.
     """
     counts = np.zeros((len(claims), 3), np.int64)
     blind = np.zeros(len(regions), bool)
@@ -71,8 +92,13 @@ def count_rays(
         blind = stands_in(regions, witness.pose)
     seen = np.flatnonzero(~blind[claims.region])
     counts[seen] = count_outcomes(witness, claims[seen], regions, margins)[0]
-    stands = ~claims.velocity.any(axis=1)
-    doubted = np.flatnonzero(stands & (counts[:, 1] > counts[:, 0]))
+    untracked = ~claims.velocity.any(axis=1)
+    between = _time_between(witness, claims, regions)
+    long_after = untracked & (np.abs(between) > SEARCHED)
+    if margins.fastest > 0 and long_after.any():
+        stood = _stood_meanwhile(claims, claims.time + between, further, regions)
+        counts[long_after & ~stood, 1:] = 0
+    doubted = np.flatnonzero(untracked & ~long_after & (counts[:, 1] > counts[:, 0]))
     if margins.fastest > 0 and len(doubted):
         some, before = claims[doubted], counts[doubted]
         _, moved = _moved_along(0.0, witness, some, before, regions, margins)
@@ -92,6 +118,38 @@ def count_rays(
             excused = ~_is_claimed(place, own[thing], claims, regions)
             counts[left[thing[excused]], 1] = ACCUSING_RAYS - 1
     return WitnessCounts(claims.region, counts)
+
+
+def _stood_meanwhile(
+    claims: Claims, looked: Floats, further: Sequence[Claims], regions: Regions
+) -> NDArray[np.bool_]:
+    """Whether what is claimed stood when a witness looked, as further claims show, shape (C,).
+
+    Args:
+        claims: C claims of one vehicle.
+        looked: When the witness looked at each, seconds after the instant, shape (C,).
+        further: Claims of others.
+        regions: The regions that all vehicles share.
+    """
+    stood, extents = np.zeros(len(claims), bool), _extents(claims, regions)
+    for other in further:
+        _, mine, theirs = np.intersect1d(claims.region, other.region, return_indices=True)
+        before_and_after = (claims.time - looked)[mine] * (other.time[theirs] - looked[mine]) < 0
+        apart = np.abs(extents[mine] - _extents(other, regions)[theirs])
+        stood[mine] |= before_and_after & (apart <= _SAME_PLACE).all(axis=1)
+    return stood
+
+
+def _extents(claims: Claims, regions: Regions) -> NDArray[np.int64]:
+    """The least and greatest voxel along, across and up each claim's region, shape (C, 6)."""
+    if not len(claims):
+        return np.zeros((0, 6), np.int64)
+    shape = grid_shapes(regions.grown(MARGIN, MARGIN).size)[claims.region]
+    _, across, up = np.repeat(shape, claims.count, axis=0).T
+    column, voxel = np.divmod(claims.voxel, up)
+    place = np.stack([*np.divmod(column, across), voxel], axis=1)
+    first = np.cumsum(claims.count) - claims.count
+    return np.hstack([np.minimum.reduceat(place, first), np.maximum.reduceat(place, first)])
 
 
 def _moved_along(

@@ -52,6 +52,7 @@ def test_poses_by_oxts_bring_a_landmark_to_one_place(tmp_path: Path) -> None:
     drive = KittiRaw(_drive(tmp_path)).drive("0001")
     [instant] = drive_instants(drive)
     assert instant.frames == (0, 5, 10)
+    assert [scan.time for scan in instant.scans] == pytest.approx([-0.5, 0.0, 0.5])
     assert instant.poses_by == "oxts"
     assert instant.id == "2026_01_01_drive_0001_sync/0000000005"
     places = np.concatenate(

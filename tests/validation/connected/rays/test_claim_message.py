@@ -40,7 +40,7 @@ def _claims(draw: st.DrawFn) -> Claims:
         np.array(velocity, float).reshape(-1, 2),
         np.array([len(each) for each in voxels], np.int64),
         np.concatenate([np.zeros(0, np.int64), *[np.array(each, np.int64) for each in voxels]]),
-        np.array([draw(st.floats(-0.25, 0.25)) for _ in regions]),
+        np.array([draw(st.floats(-65.0, 65.0)) for _ in regions]),
     )
 
 
@@ -59,7 +59,7 @@ def test_claims_come_back(claims: Claims) -> None:
 @settings(max_examples=300)
 @given(st.binary(max_size=200), st.booleans())
 def test_noise_is_refused_or_holds_claims_that_fit(noise: bytes, begins_right: bool) -> None:
-    message = b"\x02" + noise if begins_right else noise
+    message = b"\x03" + noise if begins_right else noise
     try:
         claims = decode_claims(message, _REGIONS)
     except DataError:
@@ -90,16 +90,16 @@ def _message(*numbers: int) -> bytes:
     [
         pytest.param(b"", id="nothing"),
         pytest.param(_message(1, 0, 0), id="another format"),
-        pytest.param(_message(2, 255, 255), id="65,535 claims"),
-        pytest.param(_message(2, 0, 0, 5), id="something after the end"),
-        pytest.param(_message(2, 1, 0, 9, 0, 0, 0, 0, 0, 1, 0, 7), id="a region that is none"),
-        pytest.param(_message(2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0), id="a claim of nothing"),
-        pytest.param(_message(2, 1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 7), id="a voxel cut off"),
-        pytest.param(_message(2, 1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 7, 0), id="a voxel twice"),
-        pytest.param(_message(2, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 255, 255, 127), id="out of the box"),
-        pytest.param(_message(2, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 255, 255, 255, 1), id="four bytes"),
-        pytest.param(_message(2, 1, 0, 0, 0, 0, 0, 0, 0, 255, 0) + b"\x01" * 255, id="too many"),
-        pytest.param(b"\x02" + b"\x00" * MOST_BYTES, id="too long"),
+        pytest.param(_message(3, 255, 255), id="65,535 claims"),
+        pytest.param(_message(3, 0, 0, 5), id="something after the end"),
+        pytest.param(_message(3, 1, 0, 9, 0, 0, 0, 0, 0, 1, 0, 0, 7), id="a region that is none"),
+        pytest.param(_message(3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0), id="a claim of nothing"),
+        pytest.param(_message(3, 1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 7), id="a voxel cut off"),
+        pytest.param(_message(3, 1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 7, 0), id="a voxel twice"),
+        pytest.param(_message(3, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 255, 255, 127), id="outside"),
+        pytest.param(_message(3, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 255, 255, 255, 1), id="4 bytes"),
+        pytest.param(_message(3, 1, 0, 0, 0, 0, 0, 0, 0, 255, 0, 0) + b"\x01" * 255, id="too many"),
+        pytest.param(b"\x03" + b"\x00" * MOST_BYTES, id="too long"),
     ],
 )
 def test_what_is_no_message_of_claims_is_refused(message: bytes) -> None:
@@ -109,7 +109,7 @@ def test_what_is_no_message_of_claims_is_refused(message: bytes) -> None:
 
 def test_a_voxel_costs_about_a_byte() -> None:
     claims = Claims(np.array([0]), np.zeros((1, 2)), np.array([100]), np.arange(0, 1000, 10))
-    assert len(encode_claims(claims)) == 3 + 8 + 100
+    assert len(encode_claims(claims)) == 3 + 9 + 100
 
 
 def test_testimonies_come_back_without_what_says_nothing() -> None:
@@ -132,7 +132,7 @@ def test_noise_is_no_testimony_or_one_that_fits(noise: bytes) -> None:
         assert (testimony.counts.sum(axis=1) <= 120).all()
 
 
-@pytest.mark.parametrize("time", [0.26, -0.45])
+@pytest.mark.parametrize("time", [65.6, -70.0])
 def test_a_time_that_no_message_holds_is_refused(time: float) -> None:
     one = np.array([1])
     claims = Claims(np.array([0]), np.zeros((1, 2)), one, np.array([5]), np.array([time]))

@@ -157,6 +157,31 @@ def test_what_neither_tracks_may_have_moved_along_its_heading_or_across(speed: f
     assert count_rays(nothing, claims, region, _EXACT).counts[0, 1] > 10
 
 
+@pytest.mark.parametrize("apart", [0.3, 0.5, 2.0])
+def test_long_after_rays_pass_through_only_what_stood_before_and_after(
+    claims: Claims, apart: float
+) -> None:
+    empty = scan_of([], pose_at(0.0, 0.0))
+    witness = observe(replace(empty, time=apart))
+    # Where the box was, and may have left since.
+    assert count_rays(observe(empty), claims, _REGION, _EXACT).counts[0, 1] >= ACCUSING_RAYS
+    assert not count_rays(witness, claims, _REGION, _EXACT).counts.any()
+
+    def through(seen_at: float, shift: int = 0) -> int:
+        voxel = claims.voxel + shift
+        again = Claims(claims.region, claims.velocity, claims.count, voxel, np.array([seen_at]))
+        return int(count_rays(witness, claims, _REGION, _EXACT, [again]).counts[0, 1])
+
+    assert through(2 * apart) >= ACCUSING_RAYS
+    # Another look before it, or one at something that reaches elsewhere, shows nothing.
+    assert through(-apart) == through(0.0) == 0
+    shape = grid_shapes(_REGION.grown(MARGIN, MARGIN).size)[0]
+    assert through(2 * apart, shift=-5 * int(shape[1] * shape[2])) == 0
+    # What the other vehicle tracks is carried along: there is no doubt where it is.
+    tracked = replace(claims, velocity=np.array([[0.0, 0.01]]))
+    assert count_rays(witness, tracked, _REGION, _EXACT).counts[0, 1] >= ACCUSING_RAYS
+
+
 def test_rays_over_the_top_of_what_the_witness_sees_pass_through_nothing() -> None:
     low: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.2)
     house: Box = (40.0, 50.0, -60.0, 60.0, 0.0, 20.0)
