@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5 import attacked_episodes, true_episodes
+from avsec_gym.experiments.chapter5 import attacked_cells, attacked_episodes, true_episodes
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
 from avsec_gym.experiments.demo.experiment import DEMO, unpatched
@@ -37,7 +37,7 @@ def test_only_patches_that_were_trained_are_put_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenes = SceneSet("one", (Scene("000000", Boxes3D.empty()),))
-    for module in (attacked_episodes, true_episodes):
+    for module in (attacked_cells, attacked_episodes, true_episodes):
         monkeypatch.setattr(module, "scenes_of", lambda asked: FrameScenes(scenes, {}))
     save_patch(tmp_path / "dsgn.safetensors", Patch.grey())
     asked = with_defaults(Configuration(options={"patches": str(tmp_path)}), [DEMO])

@@ -7,9 +7,7 @@ from pathlib import Path
 
 from avsec_gym.experiments.chapter5.scene_draw import drawn_scenes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
-from avsec_gym.experiments.chapter5.settings import (
-    DETECTORS,
-)
+from avsec_gym.experiments.chapter5.settings import DETECTORS
 from avsec_gym.experiments.chapter5.stronger_attacks import (
     STRONGER_OPTIONS,
     chosen_attacks,
@@ -17,10 +15,7 @@ from avsec_gym.experiments.chapter5.stronger_attacks import (
 )
 from avsec_gym.experiments.chapter5.trained import trained_inputs
 from avsec_gym.perception.weights.given import shipped_weights
-from avsec_gym.runs.experiment import (
-    Cell,
-    Configuration,
-)
+from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.scenario.scene import Motion
 
 _WORK = "avsec_gym.experiments.chapter5.attacked_episodes:AttackedEpisodes"

@@ -10,7 +10,12 @@ import pytest
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5 import attacked_episodes, patch_spreads, true_episodes
+from avsec_gym.experiments.chapter5 import (
+    attacked_cells,
+    attacked_episodes,
+    patch_spreads,
+    true_episodes,
+)
 from avsec_gym.experiments.chapter5.stronger_attacks import STRONGER_NAMES
 from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
 from avsec_gym.runs.experiment import Cell, Configuration, with_defaults
@@ -25,7 +30,7 @@ WITHOUT = "dsgn_without_pyramid"
 def two_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = tuple(Scene(name, Boxes3D.empty()) for name in ("000000", "000001"))
     frames = FrameScenes(SceneSet("two", scenes), {})
-    for module in (attacked_episodes, patch_spreads, true_episodes):
+    for module in (attacked_cells, attacked_episodes, patch_spreads, true_episodes):
         monkeypatch.setattr(module, "scenes_of", lambda configuration: frames)
 
 
