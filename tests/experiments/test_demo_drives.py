@@ -21,6 +21,7 @@ from avsec_gym.experiments.demo.drive_on import (
     driven_rows,
     driven_section,
     in_words,
+    telling_drive,
 )
 
 SCENES = {"source": "drives", "seed": 0, "count": 20}
@@ -50,6 +51,19 @@ def test_the_scene_is_the_first_one_in_which_it_matters_what_the_car_sees() -> N
         assert not is_blamed or ends("truth", scene, earlier)["outcome"] != "goal"
 
 
+@pytest.mark.slow
+def test_the_light_decides_the_scene_that_is_shown() -> None:
+    assert telling_drive({"source": "drives", "seed": 0, "count": 300}, 0) == demo.TELLING[0]
+
+
+@pytest.mark.usefixtures("without_eyes")
+def test_a_scene_is_telling_if_the_unattacked_car_is_safe_in_it_and_the_attacked_one_not() -> None:
+    assert telling_drive(SCENES, 0) == contested_drive(SCENES)
+    demo.SETTINGS[1].arguments["perception"] = "truth"
+    with pytest.raises(DataError, match="the light decides none"):
+        telling_drive(SCENES, 0)
+
+
 def test_without_such_a_scene_another_seed_is_asked_for() -> None:
     with pytest.raises(DataError, match="Take another --seed"):
         contested_drive({**SCENES, "count": 2})
@@ -66,6 +80,8 @@ def test_all_settings_are_driven_once_and_shown(tmp_path: Path) -> None:
     assert [row["setting"] for row in rows] == ["unattacked", "attacked", "defended"]
     assert [row["outcome"] for row in rows] == ["goal", "collision", "goal"]
     words = in_words(rows)
+    assert words.startswith("Scene drive-000235, the first in which")
+    assert "the light decides" in words
     assert f"Unattacked: it reaches its goal after {rows[0]['duration']:.1f} s." in words
     assert f"camera: collision, at fault after {rows[1]['duration']:.1f} s." in words
     section = driven_section(tmp_path)

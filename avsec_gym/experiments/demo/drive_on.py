@@ -1,12 +1,15 @@
 """One scene of the demo in closed loop: the car drives on unattacked, under a laser, and defended.
 
 The scene is found by rule, not picked: the first of the procedural drives in which a car that sees
-nothing is to blame for a collision and one that sees all reaches its goal.
+nothing is to blame for a collision, one that sees all reaches its goal, and the light decides what
+becomes of the car with the detector.  Looking for it takes minutes: of the demo's own seed it is
+known (`TELLING`), of other seeds the last condition is left out.
 """
 
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +34,8 @@ from avsec_gym.validation.shipped import shipped_file
 FOLDER = "drives"
 """The folder in a demo's in which its drives are kept."""
 UNATTACKED, ATTACKED, DEFENDED = "unattacked", "attacked", "defended"
+TELLING = {0: "drive-000235"}
+"""By seed: what `telling_drive` finds."""
 _STRAIGHT = "straight"
 _MOST_SCENES = 300
 """How many procedural drives are looked at; some four in a hundred are contested."""
@@ -80,7 +85,7 @@ def drive_on(
     if len(folder.rows) == len(SETTINGS):
         return
     known = {row["scenario"] for row in folder.rows.values()}
-    scene = known.pop() if known else contested_drive(scenarios)
+    scene = known.pop() if known else TELLING.get(seed) or contested_drive(scenarios)
     tasks = [DriveTask(setting.name, scene, _STRAIGHT, seed) for setting in SETTINGS]
     make_drives(tasks, SETTINGS, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress)
 
@@ -94,6 +99,41 @@ def contested_drive(scenarios: dict[str, Any]) -> str:
     Raises:
         DataError: None of the scenes is such a one.
     """
+    for scene in _contested_drives(scenarios):
+        return scene
+    raise DataError(
+        f"of {_MOST_SCENES} procedural drives, none is contested.", remedy="Take another --seed."
+    )
+
+
+def telling_drive(scenarios: dict[str, Any], seed: int) -> str:
+    """The first contested scene that is driven safely unattacked, and not under the laser.
+
+    Args:
+        scenarios: The procedural drives, as the environment takes them.
+        seed: The demo's seed.
+
+    Raises:
+        DataError: None of the scenes is such a one.
+    """
+    unattacked, attacked = (
+        (setting.name, setting.environment(scenarios)) for setting in SETTINGS[:2]
+    )
+
+    def ends(how: tuple[str, Any], scene: str) -> DriveRow:
+        name, environment = how
+        return drive(environment, DriveTask(name, scene, _STRAIGHT, seed)).row
+
+    for scene in _contested_drives(scenarios):
+        if ends(unattacked, scene)["outcome"] == "goal" and ends(attacked, scene)["at_fault"]:
+            return scene
+    raise DataError(
+        f"of {_MOST_SCENES} procedural drives, the light decides none.",
+        remedy="Take another --seed.",
+    )
+
+
+def _contested_drives(scenarios: dict[str, Any]) -> Iterator[str]:
     blind, truth = (
         DriveSetting(name, {"perception": name}).environment(scenarios)
         for name in ("blind", "truth")
@@ -102,10 +142,7 @@ def contested_drive(scenarios: dict[str, Any]) -> str:
     for number, scene in enumerate(scenes.scenes.ids):
         task = DriveTask("", scene, _STRAIGHT, number)
         if drive(blind, task).row["at_fault"] and drive(truth, task).row["outcome"] == "goal":
-            return str(scene)
-    raise DataError(
-        f"of {_MOST_SCENES} procedural drives, none is contested.", remedy="Take another --seed."
-    )
+            yield str(scene)
 
 
 def driven_rows(out: Path) -> list[DriveRow]:
@@ -155,9 +192,12 @@ def in_words(rows: list[DriveRow]) -> str:
         for row in rows
     }
     scene = rows[0]["scenario"]
+    ends = {row["setting"]: row for row in rows}
+    decides = ends[UNATTACKED]["outcome"] == "goal" and ends[ATTACKED]["at_fault"]
+    also = ", and in which the light decides" if decides and scene in TELLING.values() else ""
     return (
         f"Scene {scene}, the first in which a car that sees nothing collides and one that sees all"
-        " does not, driven by what Stereo R-CNN sees in rendered frames."
+        f" does not{also}, driven by what Stereo R-CNN sees in rendered frames."
         f" Unattacked: {how[UNATTACKED]}. With a laser on the left camera: {how[ATTACKED]}."
         f" With the laser, and a validator that stops the car at an alarm: {how[DEFENDED]}."
     )
