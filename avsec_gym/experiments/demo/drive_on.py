@@ -35,7 +35,7 @@ FOLDER = "drives"
 """The folder in a demo's in which its drives are kept."""
 UNATTACKED, ATTACKED, DEFENDED = "unattacked", "attacked", "defended"
 TELLING = {0: "drive-000235"}
-"""By seed: what `telling_drive` finds."""
+"""The scene that `telling_drive` finds, by seed."""
 _STRAIGHT = "straight"
 _MOST_SCENES = 300
 """How many procedural drives are looked at; some four in a hundred are contested."""
@@ -120,7 +120,7 @@ def telling_drive(scenarios: dict[str, Any], seed: int) -> str:
         (setting.name, setting.environment(scenarios)) for setting in SETTINGS[:2]
     )
 
-    def ends(how: tuple[str, Any], scene: str) -> DriveRow:
+    def ends(how: tuple[str, Any], scene: str) -> dict[str, Any]:
         name, environment = how
         return drive(environment, DriveTask(name, scene, _STRAIGHT, seed)).row
 
