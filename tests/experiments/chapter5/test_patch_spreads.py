@@ -96,6 +96,8 @@ def test_scenes_of_one_size_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> No
     odd = {1: (370, 1224)}
 
     class Data:
+        folder = Path("made", "training")
+
         def frame(self, id: str) -> SensorFrame:
             size = odd.get(int(id), (375, 1242))
             image = random.integers(0, 256, (*size, 3), np.uint8)
