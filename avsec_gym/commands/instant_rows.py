@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypedDict
 
 if TYPE_CHECKING:
-    from avsec_gym.validation.connected.attacks.attacked_instant import (
-        AttackedInstant,
-    )
+    from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant
     from avsec_gym.validation.connected.recordings import RecordedInstant
     from avsec_gym.validation.connected.result import ConnectedResult
 

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from statistics import median
-from typing import TYPE_CHECKING, Any
-
-from avsec_gym.errors import DataError
-
-if TYPE_CHECKING:
-    pass
-
+from typing import Any
 
 from avsec_gym.commands.instant_rows import sent_bytes
+from avsec_gym.errors import DataError
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:

@@ -18,9 +18,7 @@ from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text
 
 if TYPE_CHECKING:
-    from avsec_gym.validation.connected.attacks.attacked_instant import (
-        InstantAttack,
-    )
+    from avsec_gym.validation.connected.attacks.attacked_instant import InstantAttack
     from avsec_gym.validation.connected.fit import ConnectedFit
     from avsec_gym.validation.connected.recordings import RecordedInstant
     from avsec_gym.validation.connected.sources import ConnectedSource

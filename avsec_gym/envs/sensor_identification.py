@@ -191,9 +191,13 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         random, intentions = self.np_random, intentions_named(options.get("intention"))
         number = int(random.integers(len(intentions)))
         self._played = self._picked(options.get("scenario"))
-        if self._played.scene is not None:
-            intentions = self._played.scene.possible(intentions)
-        self._intention = intentions[number % len(intentions)]
+        self._intention = intentions[number]
+        possible = (
+            intentions if self._played.scene is None else self._played.scene.possible(intentions)
+        )
+        # Of fewer, one is drawn anew; where all are possible a seed keeps its episodes.
+        if len(possible) < len(intentions):
+            self._intention = possible[int(random.integers(len(possible)))]
         drawn = self.cases[int(random.integers(len(self.cases)))]
         attacked = drawn if random.random() >= self.unattacked else ()
         if "attacked" in options:

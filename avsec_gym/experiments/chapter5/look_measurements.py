@@ -11,16 +11,12 @@ from avsec_gym.attacks.loss_gradient import total_loss
 from avsec_gym.attacks.patch_ghosts import ghost_box, target_boxes
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.looks import Look
-from avsec_gym.experiments.chapter5.settings import (
-    setting,
-)
+from avsec_gym.experiments.chapter5.settings import setting
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.ghosts import iou_from_above
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.runs.experiment import (
-    Measurement,
-)
+from avsec_gym.runs.experiment import Measurement
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 

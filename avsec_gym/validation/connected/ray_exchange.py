@@ -15,7 +15,7 @@ from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import MergedProposals
 from avsec_gym.validation.connected.rays.claim_message import decode_claims
-from avsec_gym.validation.connected.rays.claims import Claims, claim, claimed_layers
+from avsec_gym.validation.connected.rays.claims import SEARCHED, Claims, claim, claimed_layers
 from avsec_gym.validation.connected.rays.decision import Decision, decide
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable
@@ -70,6 +70,7 @@ def exchange_rays(
         motions: What each vehicle knows of what moves; None: all stands.
     """
     regions, others = merged.regions, len(scans) - 1
+    at_intervals = bool(np.ptp([scan.time for scan in scans]) > SEARCHED)
     observers, claimed = [], dict[int, Claims]()
     for number, scan in enumerate(scans):
         with traffic.step("claim"):
@@ -78,9 +79,11 @@ def exchange_rays(
             mine = claim(observers[number], regions, velocity)
             spent = traffic.sent[number].total()
             content = budget.message_of_claims(mine, spent)
-        read = traffic.send(
-            MessageKind.CLAIMS, number, content, lambda sent: (decode_claims(sent, regions), sent)
-        )
+
+        def decoded(sent: bytes) -> tuple[Claims, bytes]:
+            return decode_claims(sent, regions, at_intervals=at_intervals), sent
+
+        read = traffic.send(MessageKind.CLAIMS, number, content, decoded)
         # Of a vehicle with several messages the first counts; all others get it as it came.
         if read:
             claimed[number], message = read[0]
@@ -94,7 +97,9 @@ def exchange_rays(
                 continue
             with traffic.step("witness"):
                 further = [claimed[each] for each in claimed if each not in (about, witness)]
-                seen = count_rays(observer, claims, regions, margins, further)
+                seen = count_rays(
+                    observer, claims, regions, margins, further if at_intervals else None
+                )
                 content = encode_counts(budget.counts_within(seen, others))
             read_counts = traffic.send(
                 MessageKind.COUNTS, witness, content, lambda sent: decode_counts(sent, regions)

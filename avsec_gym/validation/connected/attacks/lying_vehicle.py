@@ -115,7 +115,7 @@ class LyingVehicle:
             heard = RegionMessage.from_bytes(content)
             self._proposals.append(RegionMessage(sender, heard.pose, heard.regions))
         elif kind is MessageKind.CLAIMS:
-            self._claims[sender] = decode_claims(content, self._regions)
+            self._claims[sender] = decode_claims(content, self._regions, at_intervals=True)
         elif kind is MessageKind.COUNTS:
             counts = decode_counts(content, self._regions)
             self._counts[self._asked_about(sender), sender] = counts

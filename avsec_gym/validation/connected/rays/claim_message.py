@@ -20,6 +20,7 @@ from avsec_gym.validation.connected.rays.claims import (
     MOST_CLAIMS,
     MOST_VOXELS,
     MOST_VOXELS_OF_ONE,
+    SEARCHED,
     Claims,
     grid_shapes,
 )
@@ -62,16 +63,17 @@ def encode_claims(claims: Claims) -> bytes:
     return header + table + _to_bytes(gaps)
 
 
-def decode_claims(message: bytes, regions: Regions) -> Claims:
+def decode_claims(message: bytes, regions: Regions, *, at_intervals: bool = False) -> Claims:
     """The claims of a message.
 
     Args:
         message: What `encode_claims` wrote, or anything else that came in.
         regions: The regions that all vehicles share.
+        at_intervals: Whether scans are taken at intervals, so that claims may be of any time.
 
     Raises:
-        DataError: The message is no such message, claims more than a vehicle may, or claims
-            something outside of these regions.
+        DataError: The message is no such message, claims more than a vehicle may, claims something
+            outside of these regions, or something of another time than the instant's.
     """
     if not _HEADER.size <= len(message) <= MOST_BYTES:
         raise _refused(f"it has {len(message)} bytes")
@@ -86,6 +88,9 @@ def decode_claims(message: bytes, regions: Regions) -> Claims:
         raise _refused("its regions do not rise, or are none of those that were sent to all")
     if (count < 1).any() or (count > MOST_VOXELS_OF_ONE).any() or count.sum() > MOST_VOXELS:
         raise _refused(f"it claims {count.sum()} voxels")
+    time = np.asarray(TIME_STEP * table[:, 4])
+    if not at_intervals and (np.abs(time) > SEARCHED).any():
+        raise _refused(f"it claims what was there {np.abs(time).max():.3f} s beside the instant")
     gaps = _from_bytes(message[begin:], int(count.sum()))
     # Voxels rise within each claim, and stay inside the region's box.
     first = np.cumsum(count) - count
@@ -99,7 +104,7 @@ def decode_claims(message: bytes, regions: Regions) -> Claims:
     if (gaps[later] < 1).any() or (voxel >= room).any():
         raise _refused("it claims something outside of a region")
     velocity = np.asarray(VELOCITY_STEP * table[:, 1:3])
-    return Claims(region, velocity, count, voxel, np.asarray(TIME_STEP * table[:, 4]))
+    return Claims(region, velocity, count, voxel, time)
 
 
 def _refused(reason: str) -> DataError:

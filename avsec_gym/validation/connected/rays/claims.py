@@ -25,6 +25,9 @@ MOST_VOXELS = 2000
 """Voxels of all claims of a vehicle at an instant."""
 MOST_VOXELS_OF_ONE = 120
 """Voxels of one claim; rays beyond add little."""
+SEARCHED = 0.25
+"""Seconds between two looks at one instant, at most, over which a thing that may have moved is
+looked for: clocks and sweeps are at most 0.1 s apart each."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from avsec_gym.validation.connected.rays.claims import (
     MARGIN,
     MOST_CLAIMS,
     MOST_VOXELS_OF_ONE,
+    SEARCHED,
     Claims,
     grid_shapes,
 )
@@ -26,9 +27,6 @@ from avsec_gym.validation.connected.regions import Regions
 
 ACCUSING_RAYS = 8
 """Rays that pass through what a vehicle claims, at least, where another accuses."""
-SEARCHED = 0.25
-"""Seconds between two looks up to which a thing that may have moved is looked for: clocks and
-sweeps are at most 0.1 s apart each."""
 _SAME_PLACE = 2
 """Voxels by which two claims of what stands may reach less or more far to each side."""
 _FORMAT = 1
@@ -63,7 +61,7 @@ def count_rays(
     claims: Claims,
     regions: Regions,
     margins: WitnessMargins,
-    further: Sequence[Claims] = (),
+    further: Sequence[Claims] | None = None,
 ) -> WitnessCounts:
     """How many of a witness' rays support and contradict another vehicle's claims.
 
@@ -75,16 +73,19 @@ def count_rays(
     else is claimed, fewer rays that pass through are reported than an accusation needs.  Of regions
     in which the witness itself stands it reports nothing.
 
-    More than `SEARCHED` seconds apart, a thing may have gone anywhere, out of sight, too.  Then
-    rays that pass where it was count for nothing, unless a further vehicle saw it there, too, and
-    the witness looked between the two: what is at the same place before and after stood meanwhile.
+    Of scans at intervals, more than `SEARCHED` seconds apart a thing may have gone anywhere, out of
+    sight, too.  Then rays that pass where it was count for nothing, unless a further vehicle saw it
+    there, too, and the witness looked between the two: what is at the same place before and after
+    stood meanwhile.  Of scans of one instant this is left out: whoever lies about a claim's time
+    would silence all witnesses.
 
     Args:
         witness: The vehicle that looks.
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
-        further: What further vehicles claim, as far as the witness has heard of it.
+        further: What further vehicles claim, as far as the witness has heard of it, where scans are
+            taken at intervals; None: all scans are of one instant.
     """
     counts = np.zeros((len(claims), 3), np.int64)
     blind = np.zeros(len(regions), bool)
@@ -93,9 +94,10 @@ def count_rays(
     seen = np.flatnonzero(~blind[claims.region])
     counts[seen] = count_outcomes(witness, claims[seen], regions, margins)[0]
     untracked = ~claims.velocity.any(axis=1)
-    between = _time_between(witness, claims, regions)
-    long_after = untracked & (np.abs(between) > SEARCHED)
-    if margins.fastest > 0 and long_after.any():
+    long_after = np.zeros(len(claims), bool)
+    if further is not None and margins.fastest > 0:
+        between = _time_between(witness, claims, regions)
+        long_after = untracked & (np.abs(between) > SEARCHED)
         stood = _stood_meanwhile(claims, claims.time + between, further, regions)
         counts[long_after & ~stood, 1:] = 0
     doubted = np.flatnonzero(untracked & ~long_after & (counts[:, 1] > counts[:, 0]))

@@ -13,7 +13,7 @@ from avsec_gym.validation.connected.rays.claim_message import (
     decode_claims,
     encode_claims,
 )
-from avsec_gym.validation.connected.rays.claims import MARGIN, Claims, grid_shapes
+from avsec_gym.validation.connected.rays.claims import MARGIN, SEARCHED, Claims, grid_shapes
 from avsec_gym.validation.connected.rays.witness_counts import (
     WitnessCounts,
     decode_counts,
@@ -47,13 +47,24 @@ def _claims(draw: st.DrawFn) -> Claims:
 @given(_claims())
 def test_claims_come_back(claims: Claims) -> None:
     message = encode_claims(claims)
-    back = decode_claims(message, _REGIONS)
+    back = decode_claims(message, _REGIONS, at_intervals=True)
     assert np.array_equal(back.region, claims.region)
     assert np.array_equal(back.count, claims.count)
     assert np.array_equal(back.voxel, claims.voxel)
     assert np.abs(back.velocity - claims.velocity).max(initial=0) <= VELOCITY_STEP / 2 + 1e-9
     assert np.abs(back.time - claims.time).max(initial=0) <= TIME_STEP / 2 + 1e-9
     assert encode_claims(back) == message
+
+
+def test_what_is_claimed_of_another_time_than_the_instants_is_refused() -> None:
+    one = np.ones(1, np.int64)
+    for time in (SEARCHED, -SEARCHED):
+        at_once = encode_claims(Claims(one, np.zeros((1, 2)), one, one, np.array([time])))
+        assert decode_claims(at_once, _REGIONS).time == pytest.approx([time], abs=TIME_STEP)
+        later = encode_claims(Claims(one, np.zeros((1, 2)), one, one, np.array([2 * time])))
+        with pytest.raises(DataError, match=r"0\.500 s beside the instant"):
+            decode_claims(later, _REGIONS)
+        assert decode_claims(later, _REGIONS, at_intervals=True).time == pytest.approx([2 * time])
 
 
 @settings(max_examples=300)

@@ -8,6 +8,7 @@ import pytest
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected.rays.claims import (
     MARGIN,
+    SEARCHED,
     Claims,
     claim,
     grid_shapes,
@@ -165,7 +166,7 @@ def test_long_after_rays_pass_through_only_what_stood_before_and_after(
     witness = observe(replace(empty, time=apart))
     # Where the box was, and may have left since.
     assert count_rays(observe(empty), claims, _REGION, _EXACT).counts[0, 1] >= ACCUSING_RAYS
-    assert not count_rays(witness, claims, _REGION, _EXACT).counts.any()
+    assert not count_rays(witness, claims, _REGION, _EXACT, ()).counts.any()
 
     def through(seen_at: float, shift: int = 0) -> int:
         voxel = claims.voxel + shift
@@ -179,7 +180,13 @@ def test_long_after_rays_pass_through_only_what_stood_before_and_after(
     assert through(2 * apart, shift=-5 * int(shape[1] * shape[2])) == 0
     # What the other vehicle tracks is carried along: there is no doubt where it is.
     tracked = replace(claims, velocity=np.array([[0.0, 0.01]]))
-    assert count_rays(witness, tracked, _REGION, _EXACT).counts[0, 1] >= ACCUSING_RAYS
+    assert count_rays(witness, tracked, _REGION, _EXACT, ()).counts[0, 1] >= ACCUSING_RAYS
+
+
+def test_who_states_a_false_time_silences_no_witness_of_its_instant(claims: Claims) -> None:
+    witness = observe(replace(scan_of([], pose_at(0.0, 0.0)), time=0.1))
+    early = replace(claims, time=np.array([-SEARCHED]))
+    assert count_rays(witness, early, _REGION, _EXACT).counts[0, 1] >= ACCUSING_RAYS
 
 
 def test_rays_over_the_top_of_what_the_witness_sees_pass_through_nothing() -> None:
