@@ -21,12 +21,13 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.registry import make
+from tests.finds_nothing import FindsNothing
 
 SIZE = (6, 10)
 CARS = Boxes3D.empty()
 
 
-class Waves:
+class Waves(FindsNothing):
     """A loss of slopes with ripples: mean(slope * p) + height * mean(sin(frequency * p))."""
 
     name = "waves"
@@ -35,12 +36,6 @@ class Waves:
         self.slope = torch.from_numpy(np.random.default_rng(2).normal(size=(2, 3, *SIZE)))
         self.height, self.frequency = height, frequency
         self.seen: list[Tensor] = []
-
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        return Boxes3D.empty()
-
-    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
-        return [Boxes3D.empty()] * len(batch)
 
     def losses(
         self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None

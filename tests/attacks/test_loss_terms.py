@@ -29,6 +29,7 @@ from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.registry import make
+from tests.finds_nothing import FindsNothing
 
 CARS = Boxes3D(
     [[-3.0, 1.6, 10], [3, 1.65, 14]],
@@ -49,7 +50,7 @@ def noise_frame(height: int, width: int) -> SensorFrame:
     return SensorFrame("0", calibration, {2: images[0], 3: images[1]})
 
 
-class TwoTerms:
+class TwoTerms(FindsNothing):
     """A smooth loss of a class and one of boxes, which pull in different directions."""
 
     name = "two_terms"
@@ -60,12 +61,6 @@ class TwoTerms:
             torch.from_numpy(random.normal(size=(2, 3, 4, 6))) for _ in range(2)
         )
         self.class_name = "class" if has_class else "objectness"
-
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        return Boxes3D.empty()
-
-    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
-        return [Boxes3D.empty()] * len(batch)
 
     def losses(
         self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None

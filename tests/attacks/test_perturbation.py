@@ -30,6 +30,7 @@ from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
 from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+from tests.finds_nothing import FindsNothing
 
 CARS = Boxes3D(
     [[-3.0, 1.6, 10], [3, 1.65, 14]],
@@ -51,7 +52,7 @@ ALL = [
 ]
 
 
-class Slopes:
+class Slopes(FindsNothing):
     """A detector with loss sum(slope * pixel + bend / 2 * pixel^2), both views alike."""
 
     name = "slopes"
@@ -60,12 +61,6 @@ class Slopes:
         self.slope = torch.from_numpy(slope)
         self.bend = torch.as_tensor(bend)
         self.seen: list[Tensor | None] = []
-
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        return Boxes3D.empty()
-
-    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
-        return [Boxes3D.empty()] * len(batch)
 
     def losses(
         self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None

@@ -19,23 +19,18 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.stereo_batch import StereoBatch
 from avsec_gym.registry import Kind, make
+from tests.finds_nothing import FindsNothing
 
 ID = "avsec/PerturbationAttack-v0"
 
 
-class Surrogate:
+class Surrogate(FindsNothing):
     """Losses whose gradients are known: by column, by row, by colour, and none."""
 
     name = "surrogate"
 
     def __init__(self) -> None:
         self.asked = 0
-
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        return Boxes3D.empty()
-
-    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
-        return [Boxes3D.empty()] * len(batch)
 
     def losses(
         self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None

@@ -31,9 +31,10 @@ from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.perception.stereo_batch import StereoBatch
 from avsec_gym.runs.experiment import Configuration
+from tests.finds_nothing import FindsNothing
 
 
-class Bends:
+class Bends(FindsNothing):
     """A loss with a class and boxes whose gradients change their signs on the way."""
 
     name = "bends"
@@ -42,12 +43,6 @@ class Bends:
         random = np.random.default_rng(5)
         self.targets = torch.from_numpy(random.uniform(90, 160, (2, 2, 3, 6, 10)))
         self.gradients = 0
-
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        return Boxes3D.empty()
-
-    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
-        return [Boxes3D.empty()] * len(batch)
 
     def losses(
         self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None
