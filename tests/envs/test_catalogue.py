@@ -64,7 +64,7 @@ LOADS = {
     "avsec/PatchAttack-v0": ["torch", "cv2"],
     # highway-env imports the first two; the world's drives, the last.
     "avsec/ClosedLoop-v0": ["matplotlib", "pygame", "cv2"],
-    "avsec/ClosedLoopAttack-v0": ["matplotlib", "pygame", "cv2"],
+    "avsec/ClosedLoopAttack-v0": ["matplotlib", "pygame"],
 }
 """Heavy modules that an environment needs to be played."""
 FAMILIES = {"avsec/GhostObject-v1", "avsec/PatchAttack-v0", "avsec/ClosedLoop-v0"}

@@ -231,6 +231,10 @@ def test_one_line_takes_the_sensors_out_of_the_car() -> None:
     assert len(played.belief.poses) == len(played.surroundings().boxes)
 
 
+EVERY_FRAME = {"name": "planner", "replanning": 0.1}
+"""A driver that looks at, and plans anew on, every frame."""
+
+
 def played_in_the_loop(env: Any, action: list[float]) -> dict[str, Any]:
     """The last info of a drive straight on under one action."""
     ids = env.unwrapped.drive.scenes.ids
@@ -245,8 +249,7 @@ def played_in_the_loop(env: Any, action: list[float]) -> dict[str, Any]:
 @pytest.mark.slow
 def test_a_laser_plays_against_a_driving_car_with_every_part(drive: dict[str, Any]) -> None:
     """Its light reaches the cameras: the validator detects it, and nothing without it."""
-    often = {"name": "planner", "replanning": 0.1}  # So that every frame is judged.
-    env = gym.make("avsec/ClosedLoopAttack-v0", kind="facula", driver=often, **drive)
+    env = gym.make("avsec/ClosedLoopAttack-v0", kind="facula", driver=EVERY_FRAME, **drive)
     pipeline = env.unwrapped.perception.pipeline  # type: ignore[attr-defined]
     assert parts_in(pipeline) == IN_THE_LOOP | {"attack": "NoneType"}
     dark = played_in_the_loop(env, [-1.0, 1.0, 0.0, 0.0, 1.0])
@@ -260,7 +263,7 @@ def test_a_laser_plays_against_a_driving_car_with_every_part(drive: dict[str, An
 def test_a_spoofer_plays_against_a_car_that_drives_by_its_scan(drive: dict[str, Any]) -> None:
     """What stands in the scan at the place, 10 m ahead at first, is there for the car."""
     parts = drive | {"detector": "scan_obstacles", "validator": None}
-    env = gym.make("avsec/ClosedLoopAttack-v0", kind="spoofed_scan", **parts)
+    env = gym.make("avsec/ClosedLoopAttack-v0", kind="spoofed_scan", driver=EVERY_FRAME, **parts)
     found = []
     for up in (-1.0, 1.0):
         played_in_the_loop(env, [up, -0.7, 0.0, 1.0, 1.0])
