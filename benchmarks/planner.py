@@ -28,6 +28,9 @@ from pathlib import Path
 from typing import Any
 
 ALGORITHMS = ("astar", "gbfs")
+MANY = 40
+"""Nodes of a search in which Python, and the handing of arrays to the kernel, are the lesser part
+of the time."""
 Row = dict[str, Any]
 Side = Callable[[Path, str], Callable[[], Row]]
 """Prepares a search of a file by an algorithm, which can then be run again and again."""
@@ -174,6 +177,12 @@ def best_of(search: Callable[[], Row], repeat: int) -> Row:
     return best
 
 
+def speed_ratio(rows: list[Row]) -> float:
+    """As many times as long the original takes for all of them together."""
+    original, ours = (sum(row[side]["seconds"] for row in rows) for side in ("original", "ours"))
+    return float(original / ours)
+
+
 def summary(rows: list[Row]) -> Row:
     """Totals over the rows that both finished; without the original, over those that ended."""
     both = [r for r in rows if "original" in r and r["original"]["status"] != "timeout"]
@@ -195,6 +204,7 @@ def summary(rows: list[Row]) -> Row:
         for r in both
     ]
     ratios = [r["original"]["seconds"] / r["ours"]["seconds"] for r in both]
+    long = [r for r in both if r["ours"]["expanded"] >= MANY]
     return result | {
         "compared": len(both),
         "same_nodes_and_cost": sum(same),
@@ -202,7 +212,10 @@ def summary(rows: list[Row]) -> Row:
         "original_seconds_total": total["original"],
         "original_microseconds_a_node": 1e6 * total["original"] / nodes,
         "speed_ratio_median": statistics.median(ratios),
-        "speed_ratio_total": total["original"] / total["ours"],
+        "speed_ratio_total": speed_ratio(both),
+        "many_nodes": MANY,
+        "rows_of_many_nodes": len(long),
+        "speed_ratio_of_many_nodes": speed_ratio(long) if long else None,
     }
 
 

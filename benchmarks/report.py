@@ -113,12 +113,20 @@ def environment_rows(environment: dict[str, Any]) -> list[str]:
     return rows
 
 
+def ratio_of_many_nodes(summary: dict[str, Any]) -> str:
+    """The ratio of the long searches, and how many there are."""
+    rows, many = summary["rows_of_many_nodes"], summary["many_nodes"]
+    if not rows:
+        return f"none of {many}"
+    return f"{summary['speed_ratio_of_many_nodes']:.0f} ({rows} of {many} nodes or more)"
+
+
 def planner_table(runs: list[dict[str, Any]]) -> list[str]:
     """Ours and the original's, a row for each set of primitives."""
     lines = [
         "| primitives | rows | same nodes and cost | ours, median | ours, a node | original, a node"
-        " | original / ours, median | total |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        " | original / ours, median | total | total of searches of many nodes |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for (_, primitives), result in zip(PLANNER_SETS, runs, strict=True):
         summary = result["summary"]
@@ -130,9 +138,11 @@ def planner_table(runs: list[dict[str, Any]]) -> list[str]:
             + f" | {summary['ours_microseconds_a_node']:.2f} µs | "
             + (
                 f"{summary['original_microseconds_a_node']:.0f} µs | "
-                f"{summary['speed_ratio_median']:.0f} | {summary['speed_ratio_total']:.0f} |"
+                f"{summary['speed_ratio_median']:.0f} | {summary['speed_ratio_total']:.0f} | "
+                + ratio_of_many_nodes(summary)
+                + " |"
                 if compared
-                else "– | – | – |"
+                else "– | – | – | – |"
             )
         )
     timeouts = sum(result["summary"].get("original_timeouts", 0) for result in runs)

@@ -7,7 +7,7 @@ import threading
 import time
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Protocol, cast
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import CollisionWorld, collision_world_of, within_reach
 from avsec_gym.planners.explanation import why_nothing_was_found
 from avsec_gym.planners.goal_room import is_full
+from avsec_gym.planners.handles import handle_of
 from avsec_gym.planners.plan import Plan, Status
 from avsec_gym.planners.primitives import MotionPrimitives, suitable_primitives
 from avsec_gym.planners.problem import Problem, problem_of
@@ -142,7 +143,7 @@ class MotionPrimitivePlanner:
         # The problem, and the part of the world that the vehicle can come to.
         begun = time.perf_counter()
         primitives = self.primitives or suitable_primitives(scenario)
-        problem, parts = self._prepared(scenario, primitives)
+        problem, asked = self._prepared(scenario, primitives)
         start, vehicle = scenario.start, primitives.vehicle
         believed = collision_world_of(scenario, exact=problem.reference) if world is None else world
         world = believed
@@ -151,10 +152,10 @@ class MotionPrimitivePlanner:
             distance = horizon * problem.limits.step_distance + vehicle.length
             world = within_reach(world, start.x, start.y, distance)
         if not getattr(grown, "overloads", True):  # NUMBA_DISABLE_JIT leaves nothing to load.
-            _load_kernels(problem, parts, world)
+            _load_kernels(problem, asked, world)
             begun = time.perf_counter()
         # Search.
-        outcome, trajectory, state = self._search(problem, parts, world, begun)
+        outcome, trajectory, state = self._search(problem, asked, world, begun)
         expanded, tree = int(state.counters[EXPANDED]), None
         if self.keep_tree:
             refuse_the_rest(problem, world, state)
@@ -208,8 +209,8 @@ class MotionPrimitivePlanner:
 
     def _prepared(
         self, scenario: PlanningScenario, primitives: MotionPrimitives
-    ) -> tuple[Problem, tuple[Any, ...]]:
-        """The problem, and the form of it that the kernel is called with."""
+    ) -> tuple[Problem, Any]:
+        """The problem, and the handle on it that the kernel is called with."""
         if abs(primitives.dt - scenario.dt) > 1e-9:
             raise PlanningError(
                 f"{scenario.id}: time steps of {scenario.dt} s, but the primitives of"
@@ -220,67 +221,77 @@ class MotionPrimitivePlanner:
                 primitives,
                 scenario.start,
                 scenario.goals,
-                greedy=self.algorithm == Algorithm.GBFS,
-                reference=self.mode == Mode.REFERENCE,
+                greedy=self.algorithm is Algorithm.GBFS,
+                reference=self.mode is Mode.REFERENCE,
             )
         except PlanningError as error:
             raise PlanningError(f"{scenario.id}: {error}") from None
 
     def _search(
-        self, problem: Problem, parts: tuple[Any, ...], world: CollisionWorld, begun: float
+        self, problem: Problem, asked: Any, world: CollisionWorld, begun: float
     ) -> tuple[int, Floats, SearchState]:
         """Search in slices of about a millisecond, looking at the clock in between.
 
         The last slice is as long as the time that is left.
         """
-        state = _empty_memory(problem.reference)
+        memory = _empty_memory(problem.reference)
         nodes, pace, paused = _FIRST_SLICE, _FIRST_SLICE / _SLICE, time.perf_counter()
+        expanded, around = 0, tuple(world)
         while True:
-            left = self.node_limit - int(state.counters[EXPANDED])
             left_in_time = max(1.0, pace * (begun + self.time_limit - paused))
-            budget = int(min(nodes, left, left_in_time))
-            outcome, trajectory = advance(parts, tuple(world), tuple(state), budget)
+            budget = int(min(nodes, self.node_limit - expanded, left_in_time))
+            outcome, trajectory = advance(asked, around, memory.handle, budget)
             if outcome in (FOUND, EXHAUSTED):
-                return outcome, trajectory, state
-            now = time.perf_counter()
-            if now - begun > self.time_limit or state.counters[EXPANDED] >= self.node_limit:
-                return PAUSED, trajectory, state
+                return outcome, trajectory, memory.state
+            now, expanded = time.perf_counter(), int(memory.state.counters[EXPANDED])
+            if now - begun > self.time_limit or expanded >= self.node_limit:
+                return PAUSED, trajectory, memory.state
             if outcome == FULL:
-                state = _more_memory(state, problem.primitives.end_class)
+                memory = _more_memory(memory.state, problem.primitives.end_class)
             else:
                 pace = budget / (now - paused)
                 nodes = min(2 * nodes, max(1, int(pace * _SLICE)))
             paused = time.perf_counter()
 
 
-def _empty_memory(reference: bool) -> SearchState:
+class _Memory(NamedTuple):
+    state: SearchState
+    handle: Any
+
+
+def _memory_of(state: SearchState) -> _Memory:
+    return _Memory(state, handle_of(state))
+
+
+def _empty_memory(reference: bool) -> _Memory:
     """Where this thread's searches begin; the next one overwrites what is in it."""
-    kept: dict[bool, SearchState] = vars(_memories).setdefault("kept", {})
-    state = kept.get(reference)
-    if state is None:
-        state = kept[reference] = new_state(_ROOM, 2 if reference else _ROOM)
-    state.counters.fill(0)
-    state.table.fill(-1)
-    return state
+    kept: dict[bool, _Memory] = vars(_memories).setdefault("kept", {})
+    memory = kept.get(reference)
+    if memory is None:
+        memory = _memory_of(new_state(_ROOM, 2 if reference else _ROOM))
+        kept[reference] = memory
+    memory.state.counters.fill(0)
+    memory.state.table.fill(-1)
+    return memory
 
 
-def _more_memory(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
+def _more_memory(state: SearchState, end_class: NDArray[np.int64]) -> _Memory:
     """`grown`, into what an earlier search of this thread left: new memory costs most of the time.
 
     Each size is kept apart, so that small searches have small memory to empty.
     """
     nodes, slots = 2 * len(state.key), 2 * len(state.table)
     if nodes > _MOST_KEPT:
-        return cast(SearchState, grown(state, end_class))
-    kept: dict[tuple[int, int], SearchState] = vars(_memories).setdefault("larger", {})
+        return _memory_of(grown(state, end_class))
+    kept: dict[tuple[int, int], _Memory] = vars(_memories).setdefault("larger", {})
     if (nodes, slots) not in kept:
-        kept[nodes, slots] = new_state(nodes, slots)
-    move(state, kept[nodes, slots], end_class)
+        kept[nodes, slots] = _memory_of(new_state(nodes, slots))
+    move(state, kept[nodes, slots].state, end_class)
     return kept[nodes, slots]
 
 
-def _load_kernels(problem: Problem, parts: tuple[Any, ...], world: CollisionWorld) -> None:
+def _load_kernels(problem: Problem, asked: Any, world: CollisionWorld) -> None:
     """Compile them, or load them from disk: once in a process, and no part of a search's time."""
-    state = new_state(_ROOM, 2)
-    advance(parts, tuple(world), tuple(state), 0)
-    move(state, grown(state, problem.primitives.end_class), problem.primitives.end_class)
+    state, end_class = new_state(_ROOM, 2), problem.primitives.end_class
+    advance(asked, tuple(world), handle_of(state), 0)
+    move(state, grown(state, end_class), end_class)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.kernels import kernel
 from avsec_gym.planners.estimates import HeuristicLimits, heuristic_limits
 from avsec_gym.planners.goal import GoalArrays, goal_arrays, reaches
+from avsec_gym.planners.handles import handle_of
 from avsec_gym.planners.primitives import MotionPrimitives, PrimitiveArrays
 from avsec_gym.planners.reachability import reach_table
 from avsec_gym.scenario.planning_scenario import EgoState, Goal
@@ -61,8 +61,8 @@ def problem_of(
     *,
     greedy: bool,
     reference: bool,
-) -> tuple[Problem, tuple[Any, ...]]:
-    """The problem of a start and goals, and the same made `plain`, as the kernel is called.
+) -> tuple[Problem, Any]:
+    """The problem of a start and goals, and the handle on it with which the search is called.
 
     Args:
         primitives: The primitives that are strung together.
@@ -104,7 +104,7 @@ def problem_of(
         greedy=greedy,
         reference=reference,
     )
-    return problem, plain(problem)
+    return problem, handle_of(problem)
 
 
 def _check_start_speed(velocity: float, primitives: MotionPrimitives) -> None:
@@ -119,28 +119,3 @@ def _check_start_speed(velocity: float, primitives: MotionPrimitives) -> None:
             f" {_FASTER:g} m/s above the fastest start of the primitives {primitives.name}."
             " Correct the velocity, or name other primitives"
         )
-
-
-def plain(value: Any) -> Any:
-    """The same with plain tuples in place of named ones, which numba reads in twice the time."""
-    return tuple(plain(each) for each in value) if isinstance(value, tuple) else value
-
-
-@kernel(nogil=True)
-def named(parts: Any) -> Problem:
-    """The problem that was made `plain`."""
-    return Problem(
-        parts[0],
-        PrimitiveArrays(*parts[1]),
-        parts[2],
-        GoalArrays(*parts[3]),
-        HeuristicLimits(*parts[4]),
-        parts[5],
-        parts[6],
-        parts[7],
-        parts[8],
-        parts[9],
-        parts[10],
-        parts[11],
-        parts[12],
-    )

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 import shapely
@@ -14,7 +15,7 @@ from avsec_gym.planners.plan import Reason, Status
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.planners.search import advance
-from avsec_gym.planners.search_state import EXPANDED, SearchState
+from avsec_gym.planners.search_state import EXPANDED
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
@@ -352,6 +353,12 @@ def endless() -> PlanningScenario:
     return lane_change(road=Road(), goals=(Goal((4, 30), (Rectangle(1.0, 1.0, -50.0, 0.0),)),))
 
 
+@numba.njit
+def expanded_in(memory: Any) -> Any:
+    """Nodes that were expanded in the memory behind a handle."""
+    return memory.content.counters[EXPANDED]
+
+
 def test_time_limit() -> None:
     planner = MotionPrimitivePlanner("gbfs", "reference", node_limit=10**8, time_limit=0.05)
     plan = planner.plan(endless())
@@ -376,10 +383,10 @@ def test_a_search_ends_when_its_time_is_over(monkeypatch: pytest.MonkeyPatch) ->
     MotionPrimitivePlanner("gbfs", "reference").plan(endless())  # Loads the kernels.
     clock = Clock(0.0)
 
-    def timed(parts: Any, world: Any, state: Any, budget: int) -> Any:
-        before = int(SearchState(*state).counters[EXPANDED])
-        found = advance(parts, world, state, budget)
-        clock.now += 1e-5 * (int(SearchState(*state).counters[EXPANDED]) - before)
+    def timed(asked: Any, world: Any, memory: Any, budget: int) -> Any:
+        before = expanded_in(memory)
+        found = advance(asked, world, memory, budget)
+        clock.now += 1e-5 * (expanded_in(memory) - before)
         return found
 
     monkeypatch.setattr("avsec_gym.planners.planner.time", clock)
