@@ -6,10 +6,10 @@ import numpy as np
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
-from avsec_gym.world.models.furniture.materials import BLACK_PLASTIC, GALVANISED, painted
+from avsec_gym.world.models.furniture.materials import BLACK_PLASTIC, painted
 from avsec_gym.world.models.furniture.poles import pole
 from avsec_gym.world.models.furniture.variants import variants
-from avsec_gym.world.shapes import ellipsoid, grid, hard_edges, polygon, revolve, tube
+from avsec_gym.world.shapes import grid, hard_edges, revolve, tube
 
 _LIDS = (
     (0.02, 0.02, 0.022),
@@ -72,41 +72,6 @@ def litter_bin(rng: np.random.Generator) -> Mesh:
     drum = revolve(profile, paint, sides=14)
     mouth = tube([(-0.18, 0, 0.8), (-0.205, 0, 0.8)], 0.09, BLACK_PLASTIC)
     return merge([pole(1.1, 0.035), *[part.placed(-0.22, 0) for part in (drum, mouth)]])
-
-
-@variants(3)
-def waste_container(rng: np.random.Generator) -> Mesh:
-    """A container of 1.1 cubic metres on castors, 1.4 m wide, with a domed lid."""
-    lid = painted(*_LIDS[rng.integers(len(_LIDS))], infrared=0.3)
-    body = GALVANISED if rng.random() < 0.5 else painted(0.04, 0.045, 0.045, worn=1)
-    angle = np.linspace(0.0, np.pi, 7)
-    y = np.array([-0.69, 0.69])
-    arch = np.stack(
-        np.broadcast_arrays(
-            0.55 * np.cos(angle)[:, None], y[None], 1.15 + 0.2 * np.sin(angle)[:, None]
-        ),
-        axis=-1,
-    )
-    sides = [polygon(arch[:, 0], lid), polygon(arch[::-1, 1], lid)]
-    castors = [
-        tube([(x, y - 0.03, 0.1), (x, y + 0.03, 0.1)], 0.1, BLACK_PLASTIC, sides=8)
-        for x in (-0.4, 0.4)
-        for y in (-0.55, 0.55)
-    ]
-    tub = _tapered((0.85, 1.2), (1.05, 1.36), 0.2, 1.15, body)
-    return merge([tub, grid(arch[::-1], None, lid), *sides, *castors])
-
-
-@variants(3)
-def bottle_bank(rng: np.random.Generator) -> Mesh:
-    """A bottle bank: a bell of 1.7 m, in green, white or brown."""
-    tint = ((0.03, 0.16, 0.07), (0.6, 0.6, 0.58), (0.14, 0.07, 0.03))[rng.integers(3)]
-    bell = [(1e-3, 1.7), (0.3, 1.66), (0.55, 1.45), (0.66, 1.1), (0.7, 0.06), (0.66, 0.0)]
-    holes = [
-        ellipsoid((x, y, 1.28), (0.12, 0.12, 0.1), BLACK_PLASTIC, rings=5)
-        for x, y in ((-0.55, 0), (0.55, 0))
-    ]
-    return merge([revolve(bell, painted(*tint, worn=2), sides=16), *holes])
 
 
 def _tapered(

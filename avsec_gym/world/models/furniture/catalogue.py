@@ -18,12 +18,10 @@ from avsec_gym.world.models.furniture.variants import Model
 
 _MODELS: tuple[Model, ...] = (
     lamps.lamp_mast,
-    lamps.lamp_double,
     lamps.lamp_post_top,
     lamps.lamp_globe,
     lamps.lamp_lantern,
     traffic_lights.traffic_light,
-    traffic_lights.traffic_light_arm,
     roadside.delineator,
     roadside.bollard_iron,
     roadside.bollard_steel,
@@ -36,15 +34,11 @@ _MODELS: tuple[Model, ...] = (
     bins.wheelie_bin,
     bins.bin_row,
     bins.litter_bin,
-    bins.waste_container,
-    bins.bottle_bank,
     pavement.bench,
     pavement.bench_block,
     pavement.post_box,
     pavement.bicycle_stand,
     pavement.junction_box,
-    pavement.parking_meter,
-    pavement.grit_bin,
     advertising.advertising_pillar,
     advertising.poster_stand,
     advertising.pavement_board,
@@ -58,7 +52,6 @@ _MODELS: tuple[Model, ...] = (
     cafe.flower_box,
     poles.flag_pole,
     poles.telephone_mast,
-    poles.tram_mast,
 )
 
 FURNITURE: dict[str, Model] = {

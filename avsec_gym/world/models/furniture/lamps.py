@@ -40,18 +40,6 @@ def lamp_mast(rng: np.random.Generator) -> Mesh:
     )
 
 
-@variants(3)
-def lamp_double(rng: np.random.Generator) -> Mesh:
-    """A mast of 9 to 11 m with two heads on a short fork."""
-    height = float(rng.uniform(9.0, 11.0))
-    parts = [pole(1.2, 0.1), pole(height, 0.08, top_radius=0.05)]
-    for side in (-1.0, 1.0):
-        tip = np.array([0.0, side * 0.9, height + 0.25])
-        parts.append(tube(np.array([(0, 0, height - 0.05), tip]), 0.03, GALVANISED, sides=4))
-        parts += _head(tip, GALVANISED)
-    return merge(parts)
-
-
 @variants(4)
 def lamp_post_top(rng: np.random.Generator) -> Mesh:
     """A lamp of residential streets: 4 to 5 m, a drum of light under a flat hood."""

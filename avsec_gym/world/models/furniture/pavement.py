@@ -9,7 +9,6 @@ from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import (
     BLACK_PLASTIC,
     CAST_IRON,
-    DARK_GLASS,
     GALVANISED,
     RAW_CONCRETE,
     UPRIGHT_WOOD,
@@ -101,37 +100,3 @@ def junction_box(rng: np.random.Generator) -> Mesh:
             *gaps,
         ]
     )
-
-
-@variants(2)
-def parking_meter(rng: np.random.Generator) -> Mesh:
-    """A parking ticket machine, 1.7 m, with its sign on top."""
-    paint = painted(0.05, 0.1, 0.2) if rng.random() < 0.5 else painted(0.3, 0.31, 0.32)
-    sign = board(0.6, 0.6, Material("sign_parking", infrared=1.0), GALVANISED)
-    screen = board(0.16, 0.12, DARK_GLASS, DARK_GLASS).placed(-0.14, 0, 1.25)
-    return merge(
-        [
-            box(0.16, 0.18, 0.7, paint),
-            box(0.25, 0.32, 0.85, paint).placed(0, 0, 0.65),
-            screen,
-            pole(1.8, 0.02),
-            sign.scaled(1.0, 0.5, 0.5).placed(0, 0, 1.72),
-        ]
-    )
-
-
-@variants(2)
-def grit_bin(rng: np.random.Generator) -> Mesh:
-    """A box of grit for icy days, 1.1 m along y, its lid sloped to the front."""
-    paint = painted(0.75, 0.48, 0.02) if rng.random() < 0.5 else painted(0.25, 0.27, 0.25)
-    # Seen from the side: z, then x.
-    tub = np.array([(0.5, -0.36), (0.66, 0.3), (0.0, 0.34), (0.0, -0.34)])
-    lid = np.array([(0.56, -0.42), (0.74, 0.36), (0.66, 0.36), (0.48, -0.42)])
-    return merge([_extruded(tub, 1.04, paint), _extruded(lid, 1.14, paint)])
-
-
-def _extruded(side: np.ndarray, width: float, material: Material) -> Mesh:
-    """A shape whose outline (z, x), counter-clockwise, is seen from the side, along y."""
-    block = prism(side, 0.5 * width, material, top=material, bottom=-0.5 * width)
-    turn = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
-    return block.turned(turn)

@@ -7,12 +7,10 @@ import numpy as np
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import (
-    BLACK_PLASTIC,
     GALVANISED,
     UPRIGHT_WOOD,
     WHITE_PLASTIC,
     WOOD,
-    painted,
 )
 from avsec_gym.world.models.furniture.variants import variants
 from avsec_gym.world.shapes import box, grid, tube
@@ -44,16 +42,6 @@ def telephone_mast(rng: np.random.Generator) -> Mesh:
         for y in (-0.65, -0.3, 0.3, 0.65)
     ]
     return merge([pole(height, 0.14, UPRIGHT_WOOD, top_radius=0.09), bar, *cups])
-
-
-@variants(3)
-def tram_mast(rng: np.random.Generator) -> Mesh:
-    """A steel mast, 8 m, with a bracket that holds the contact wire 3 m to the left, 5.5 m up."""
-    paint = painted(0.09, 0.12, 0.11) if rng.random() < 0.5 else GALVANISED
-    reach = tube([(0, 0, 6.1), (0, 3.2, 6.3)], 0.035, paint, sides=6)
-    stay = tube([(0, 0, 7.4), (0, 2.4, 6.25)], 0.012, paint, sides=4, capped=False)
-    drop = tube([(0, 3.0, 6.28), (0, 3.0, 5.5)], 0.02, BLACK_PLASTIC, sides=5)
-    return merge([pole(8.0, 0.15, paint, top_radius=0.1, sides=10), reach, stay, drop])
 
 
 @variants(4)

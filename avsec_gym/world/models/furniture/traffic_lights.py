@@ -29,12 +29,6 @@ def traffic_light(rng: np.random.Generator) -> Mesh:
     return standing_light(str(rng.choice(list(LIT))))
 
 
-@prescribed
-def traffic_light_arm(rng: np.random.Generator) -> Mesh:
-    """On a mast whose arm reaches 4.5 m to the left, over the road, with a second light below."""
-    return overhanging_light(str(rng.choice(list(LIT))))
-
-
 @functools.cache
 def standing_light(state: str) -> Mesh:
     """A light on a pole, with a push button for walkers.
