@@ -227,11 +227,6 @@ class SensorFrame:
             )
         return self.scan() if callable(self.scan) else self.scan
 
-    @property
-    def has_neighbours(self) -> bool:
-        """Whether connected vehicles share what they scan."""
-        return self.neighbours is not None
-
     @cached_property
     def connected(self) -> ConnectedScans:
         """What connected vehicles share at this instant.

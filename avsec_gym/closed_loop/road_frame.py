@@ -27,15 +27,6 @@ def mirrored_points(points: ArrayLike) -> Floats:
     return np.asarray(points, float) * (1.0, -1.0)
 
 
-def mirrored_poses(poses: ArrayLike) -> Floats:
-    """Poses of one plane in the other.
-
-    Args:
-        poses: x, y, heading, shape (..., 3), metres and radians.
-    """
-    return np.asarray(poses, float) * (1.0, -1.0, -1.0)
-
-
 def mirrored_angle(angle: float) -> float:
     """A heading or a steering angle of one plane in the other, radians."""
     return -angle

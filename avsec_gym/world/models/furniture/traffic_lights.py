@@ -9,7 +9,6 @@ import numpy as np
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import BLACK_PLASTIC, GALVANISED, painted
-from avsec_gym.world.models.furniture.plate import board
 from avsec_gym.world.models.furniture.poles import pole
 from avsec_gym.world.models.furniture.variants import prescribed
 from avsec_gym.world.shapes import box, grid, polygon, tube
@@ -37,37 +36,16 @@ def standing_light(state: str) -> Mesh:
         KeyError: The state is not in `LIT`.
     """
     return merge(
-        [*_post(3.6), _head(state, 0.1).placed(-0.04, -0.27, 2.2), _bracket(2.4), _bracket(2.9)]
+        [*_post(), _head(state, 0.1).placed(-0.04, -0.27, 2.2), _bracket(2.4), _bracket(2.9)]
     )
 
 
-@functools.cache
-def overhanging_light(state: str, reach: float = 4.5) -> Mesh:
-    """A light over the road, `reach` metres left of its mast, and one on the mast.
-
-    Raises:
-        KeyError: The state is not in `LIT`.
-    """
-    arm = [(0, 0, 5.4), (0, 0.25, 5.75), (0, 0.8, 5.9), (0, reach + 0.1, 6.0)]
-    shield = board(0.62, 1.25, BLACK_PLASTIC, BLACK_PLASTIC).placed(0.03, reach, 5.65)
-    return merge(
-        [
-            *_post(5.45, 0.09),
-            tube(arm, [0.08, 0.075, 0.065, 0.045], GALVANISED, sides=6),
-            _head(state, 0.15).placed(-0.13, reach, 5.1),
-            shield,
-            _head(state, 0.1).placed(-0.04, -0.32, 2.2),
-            _bracket(2.4),
-            _bracket(2.9),
-        ]
-    )
-
-
-def _post(height: float, radius: float = 0.06) -> list[Mesh]:
-    """A pole that is thicker up to the height of its little door."""
+def _post() -> list[Mesh]:
+    """A pole of 3.6 m that is thicker up to the height of its little door."""
+    radius = 0.06
     button = box(0.1, 0.12, 0.22, _BUTTON).placed(-radius - 0.05, 0.0, 0.95)
     plaque = box(0.1, 0.09, 0.18, _BLUE).placed(0.0, radius + 0.05, 1.25)
-    return [pole(1.5, radius + 0.02), pole(height, radius), button, plaque]
+    return [pole(1.5, radius + 0.02), pole(3.6, radius), button, plaque]
 
 
 def _bracket(height: float) -> Mesh:
