@@ -171,6 +171,17 @@ def test_a_dense_hedge_does_not_lift_the_road():
     np.testing.assert_allclose(seen, PARALLAX / depth, rtol=1e-3)
 
 
+def test_a_bank_beside_the_road_does_not_tilt_it():
+    """What lies 8 m aside or more is no road, however dense its points and near its height."""
+    z, x = (each.ravel() for each in np.meshgrid(np.linspace(5, 34, 60), np.linspace(-4, 4, 20)))
+    ground = np.column_stack([x, np.full_like(x, 1.65), z])
+    bank = np.column_stack([np.sign(x) * 9 + x, 1.65 - 0.01 * z, z]).repeat(4, axis=0)
+    row = 300
+    depth = CALIBRATION.focal_length() * 1.65 / (row - CALIBRATION.projection()[1, 2])
+    side = straight_roadside(frame(scan_of(ground, bank)))
+    assert side.left.disparity[row, 600] == pytest.approx(PARALLAX / depth, rel=1e-3)
+
+
 def test_disparities_are_those_of_the_calibration():
     """Points of the road, projected into both views of cameras that are not quite level."""
     projections = CALIBRATION.projections.copy()

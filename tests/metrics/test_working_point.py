@@ -52,6 +52,11 @@ def test_what_is_found_missed_and_nothing_is_counted() -> None:
     assert counts.f1 == pytest.approx(2 * 2 / (2 * 2 + 1 + 2))
 
 
+def test_what_is_missed_is_the_number_of_cars_less_those_found() -> None:
+    assert counted([_TRUTH[0]], [cars([0], [0.9])]) == Counts(found=1, missed=1, false_alarms=0)
+    assert counted(_TRUTH, [cars([0], [0.9]), cars([], [])]) == Counts(1, 2, 0)
+
+
 def test_without_labels_and_detections_nothing_is_wrong() -> None:
     assert Counts(0, 0, 0).f1 == 1.0
     assert Counts(0, 2, 0).f1 == 0.0

@@ -36,6 +36,24 @@ def test_binary_points_between_padding_and_doubles(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("type", ["i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8"])
+def test_whole_numbers_of_every_size(tmp_path: Path, type: str) -> None:
+    """Besides coordinates, a file may have counts of any width; they are passed over."""
+    table = np.zeros(20, f"<f4,<f4,<f4,<{type},<f4")
+    for name, values in zip(("f0", "f1", "f2"), _POINTS.T, strict=True):
+        table[name] = values
+    table["f3"], table["f4"] = 7, 0.25
+    header = (
+        "VERSION 0.7\nFIELDS x y z ring intensity\n"
+        f"SIZE 4 4 4 {type[1]} 4\nTYPE F F F {type[0].upper()} F\nCOUNT 1 1 1 1 1\n"
+        "WIDTH 20\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nDATA binary\n"
+    )
+    (tmp_path / "a.pcd").write_bytes(header.encode() + table.tobytes())
+    assert read_pcd(tmp_path / "a.pcd") == pytest.approx(
+        np.column_stack([_POINTS, np.full(20, 0.25)])
+    )
+
+
 def test_rays_without_a_return_are_left_out(tmp_path: Path) -> None:
     points = np.column_stack([_POINTS, np.zeros(20)]).astype("<f4")
     points[3, :3] = np.nan

@@ -58,6 +58,25 @@ def test_voxels_of_a_turned_region_lie_at_the_same_surface(heading: float) -> No
     assert (np.abs(y) <= 1.0 + VOXEL).all()
 
 
+@pytest.mark.parametrize("empty", [0, 1, 2])
+def test_regions_in_which_nothing_is_seen_have_no_claim(empty: int) -> None:
+    """Whichever of the regions they are, the claims of the others stay theirs."""
+    observer = observe(scan_of([_BOX, (10.0, 14.0, 5.0, 7.0, 0.0, 1.5)], pose_at(0.0, 0.0)))
+    places = [(12.0, 0.0), (12.0, 6.0)]
+    places.insert(empty, (12.0, -12.0))
+    one = [_region(x, y) for x, y in places]
+    together = Regions(
+        np.concatenate([each.centre for each in one]),
+        np.concatenate([each.size for each in one]),
+        np.concatenate([each.heading for each in one]),
+    )
+    claims = claim(observer, together)
+    seen = [number for number in range(3) if number != empty]
+    assert claims.region.tolist() == seen
+    for number, count in zip(seen, claims.count.tolist(), strict=True):
+        assert count == len(claim(observer, one[number]).voxel)
+
+
 def test_the_ground_claims_nothing() -> None:
     empty = scan_of([], pose_at(0.0, 0.0))
     assert len(claim(observe(empty), _region(12.0, 0.0))) == 0
