@@ -156,6 +156,9 @@ def test_a_table_survives_its_file(tmp_path: Path, kitti_on: FittedOn) -> None:
         (lambda content: content.update(shares=[]), "damaged"),
         (lambda content: content["fitted_on"].update(sensors=[2]), "damaged"),
         (lambda content: content["fitted_on"].update(scales=[384.0]), "1 scales for 3 cameras"),
+        (lambda content: content["fitted_on"]["scales"].__setitem__(0, 0.0), "positive"),
+        (lambda content: content["fitted_on"]["scales"].__setitem__(1, 1e6), "positive"),
+        (lambda content: content["fitted_on"]["scales"].__setitem__(1, 2e9), "positive"),
     ],
 )
 def test_broken_files_are_named(
