@@ -1,6 +1,7 @@
 """Four vehicles and a base station, a process each, on bad lines: whose LiDAR has a ghost?
 
     python examples/connected_sockets.py [--lost 0.1] [--late 0.1] [--doubled 0.2] [--malformed 0.1]
+    python examples/connected_sockets.py --seconds 10   # on a slow machine
 
 Prints a line for each instant: who was heard, and who is named at the ghost of vehicle 1.
 """
@@ -52,19 +53,24 @@ def drive(port: int, faults: Faults, seed: int) -> None:
     line.receive(30)  # Until the base station leaves.
 
 
-def main(faults: Faults) -> None:
-    """The base station's process, which starts the others."""
+def main(faults: Faults, seconds: float = 3.0) -> None:
+    """The base station's process, which starts the others.
+
+    Args:
+        faults: Shares of messages with which something happens.
+        seconds: How long it waits for what is missing, at each step.
+    """
     with StationPort(len(PLACES)) as station:
         for seed in range(len(PLACES)):
             process = get_context("spawn").Process
             process(target=drive, args=(station.number, faults, seed), daemon=True).start()
         station.join(60)
         for instant in range(INSTANTS):
-            outcome = judge_instant(station, instant, seconds=3)
+            outcome = judge_instant(station, instant, seconds)
             there = np.hypot(*(outcome.regions.centre[:, :2] - GHOST[:2]).T) < 1.5
             print(f"{instant}: heard {outcome.heard}, named at the ghost {outcome.named[there]}")
         print(f"left out: {dict(station.tally)}")
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Faults))
+    tyro.cli(main, config=(tyro.conf.OmitArgPrefixes,))

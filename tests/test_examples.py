@@ -77,6 +77,8 @@ def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
 
 def test_a_ghost_is_named_over_bad_lines() -> None:
     command = [sys.executable, str(EXAMPLES / "connected_sockets.py"), "--doubled", "0.3"]
+    # Time enough for a machine that does other things meanwhile.
+    command += ["--seconds", "15"]
     done = subprocess.run(
         [*command, "--malformed", "0.03"], check=True, capture_output=True, text=True, timeout=300
     )
