@@ -2,7 +2,7 @@
 
     python benchmarks/ghost_places.py                             # procedural layouts
     python benchmarks/ghost_places.py --scenarios SCENARIOS       # and on labelled scenarios
-    python benchmarks/ghost_places.py --agents 0 --episodes 200   # rules alone, smaller
+    python benchmarks/ghost_places.py --agents 0 --episodes 200 --held-out 200   # rules, smaller
 
 Rules are chosen on training layouts, with 5,000 evaluations each where there is something to
 search, and judged on held-out ones, as PPO agents are.  An evaluation is the success of one rule
@@ -17,7 +17,8 @@ over all training episodes.  Of v1:
 - `random`, `oracle` (all places tried).
 
 Intervals are Wilson's, 95 %, widened by what episodes of one scene have in common; those of `ppo`
-are of all its seeds' episodes together.
+are of all its seeds' episodes together.  `ppo_above_spot_table` is the difference of the rates in
+the same episodes, with a bootstrap over scenes.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ from avsec_gym.agents.place_rules import (
     success,
 )
 from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.paired_scores import paired_difference
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from train_ghost_attacker import HELD_OUT, TRAINING, agent_for, train
@@ -64,6 +66,14 @@ def rate(won: np.ndarray, scenario: np.ndarray, **more: Any) -> dict[str, Any]:
     return {"success_rate": round(share.rate or 0.0, 3), "interval": interval, **more}
 
 
+def above(won: np.ndarray, others: np.ndarray, scenario: np.ndarray) -> dict[str, Any]:
+    """How much more often C agents win, shape (C, B), than a rule in the same episodes."""
+    scenes = np.tile(scenario, len(won)).tolist()
+    found = paired_difference(won.ravel(), np.tile(others, len(won)), scenes)
+    interval = [round(bound, 3) for bound in found.interval or ()]
+    return {"difference": round(found.difference, 3), "interval": interval}
+
+
 def scenes_of(scenarios: Any, count: int, seed: int) -> np.ndarray:
     """The scene of each episode, shape (count,), in the order of `played`."""
     return gym.make_vec(ID, num_envs=count, scenarios=scenarios).reset(seed=seed)[1]["scenario"]
@@ -75,7 +85,7 @@ def version_1(options: argparse.Namespace, sets: dict[str, Any]) -> dict[str, An
     with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
         trained = pool.map(parameters, range(options.agents), repeat(options.steps))
         judged = {
-            name: played({"scenarios": own}, options.episodes, 20) for name, own in sets.items()
+            name: played({"scenarios": own}, options.held_out, 20) for name, own in sets.items()
         }
         training = played({"scenarios": TRAINING}, options.episodes, 10)
         rules = {**dict(constants(training)), **NEAREST, **dict(points(training))}
@@ -84,17 +94,20 @@ def version_1(options: argparse.Namespace, sets: dict[str, Any]) -> dict[str, An
     result: dict[str, Any] = {}
     for name, held_out in judged.items():
         won = np.array([success(agent, held_out) for agent in agents])
-        scenes = scenes_of(sets[name], options.episodes, 20)
+        scenes = scenes_of(sets[name], options.held_out, 20)
         by_seed = [round(float(own.mean()), 3) for own in won]
+        by_table = success(table, held_out)
         result[name] = {
             "random": rate(success(lambda e: generator.random(e.won.shape), held_out), scenes),
             "oracle": rate(held_out.won.any(axis=1), scenes),
             "rules": {
                 rule: rate(success(scores, held_out), scenes) for rule, scores in rules.items()
             },
-            "spot_table": rate(success(table, held_out), scenes),
-            **({"ppo": rate(won.T, scenes, by_seed=by_seed)} if len(won) else {}),
+            "spot_table": rate(by_table, scenes),
         }
+        if len(won):
+            result[name]["ppo"] = rate(won.T, scenes, by_seed=by_seed)
+            result[name]["ppo_above_spot_table"] = above(won, by_table, scenes)
     return result
 
 
@@ -132,7 +145,8 @@ def version_0(scenarios: Any, count: int) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--episodes", type=int, default=1200, help="to search on, and to judge by")
+    parser.add_argument("--episodes", type=int, default=1200, help="to search on")
+    parser.add_argument("--held-out", type=int, default=6000, help="episodes to judge by")
     parser.add_argument("--agents", type=int, default=3, help="PPO agents, a seed each")
     parser.add_argument("--steps", type=int, default=80_000, help="training steps of each")
     parser.add_argument("--jobs", type=int, default=3, help="agents that learn at once")
@@ -145,6 +159,7 @@ def main() -> None:
         sets[Path(options.scenarios).name] = options.scenarios
     result = {
         "episodes": options.episodes,
+        "held_out_episodes": options.held_out,
         "agents": options.agents,
         "training_steps": options.steps,
         "v0": {name: version_0(own, min(options.episodes, 600)) for name, own in sets.items()},

@@ -29,7 +29,7 @@ from avsec_gym.metrics.clustered_shares import Share, share_of
 
 ID = "avsec/GhostObject-v1"
 TRAINING = {"name": "layouts", "seed": 0, "count": 400}
-HELD_OUT = {"name": "layouts", "seed": 7, "count": 600}
+HELD_OUT = {"name": "layouts", "seed": 7, "count": 3000}
 
 Rule = Callable[[np.ndarray], np.ndarray]
 """Observations of B episodes to the index of a place in each."""

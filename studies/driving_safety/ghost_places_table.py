@@ -27,7 +27,18 @@ def ghost_places_table() -> list[str]:
     rows = [
         [name, *(_rate(scenes, steps) for scenes in _SCENES)] for name, steps in _ATTACKERS.items()
     ]
+    rows.append(["PPO less the fitted score, paired", *map(_above, _SCENES)])
     return markdown_table(["attacker", *_SCENES.values()], rows)
+
+
+def _above(scenes: str) -> str:
+    """Points of a hundred."""
+    place = _PLACE.then(scenes, "ppo_above_spot_table")
+    bounds = bounds_at(place.then("interval"))
+    if bounds is None:
+        return UNKNOWN
+    low, high = (share(bound) for bound in bounds)
+    return f"{share(number_at(place.then('difference')))} ({low} to {high})"
 
 
 def _rate(scenes: str, steps: tuple[str, ...]) -> str:
