@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,17 @@ def test_chains_are_drivable_and_every_one_is_there(road_type: RoadType) -> None
     moved = np.linalg.norm(np.diff(states[..., :2], axis=1), axis=2)
     speed = 0.5 * (states[:, 1:, 2] + states[:, :-1, 2])
     np.testing.assert_allclose(moved, 0.1 * speed, rtol=0.12)
+
+
+def test_a_start_elsewhere_moves_and_turns_all_chains_with_it() -> None:
+    problem = scenario()
+    there = replace(problem.start, x=3.0, y=-2.0, heading=0.9)
+    at_origin = trajectory_bundle(problem).states
+    moved = trajectory_bundle(replace(problem, start=there)).states
+    turned = at_origin[..., :2] @ [[np.cos(0.9), np.sin(0.9)], [-np.sin(0.9), np.cos(0.9)]]
+    np.testing.assert_allclose(moved[..., :2], turned + np.array([3.0, -2.0]), atol=1e-9)
+    np.testing.assert_allclose(moved[..., 3], at_origin[..., 3] + 0.9, atol=1e-9)
+    np.testing.assert_allclose(moved[..., [2, 4]], at_origin[..., [2, 4]], atol=1e-12)
 
 
 @pytest.mark.parametrize("intention", Intention)
