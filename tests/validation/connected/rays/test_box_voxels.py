@@ -9,10 +9,21 @@ import pytest
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.rays.box_voxels import VOXEL, fill_places, voxels_in_boxes
-from avsec_gym.validation.connected.rays.range_image import RangeImage
+from avsec_gym.validation.connected.rays.box_voxels import (
+    VOXEL,
+    _cells_of_box,
+    fill_places,
+    voxels_in_boxes,
+)
+from avsec_gym.validation.connected.rays.range_image import RangeImage, cells_between
 from avsec_gym.validation.connected.sweep import TIP
-from tests.validation.connected.rays.rays_by_hand import Motion, after, image_of, tilted_pose
+from tests.validation.connected.rays.rays_by_hand import (
+    Motion,
+    after,
+    faced,
+    image_of,
+    tilted_pose,
+)
 
 
 class _Boxes(NamedTuple):
@@ -167,3 +178,82 @@ def test_places_are_the_middles_of_voxels() -> None:
         turned = complex(along, across) * np.exp(1j * heading[of])
         expected = boxes.centre[of] + [turned.real, turned.imag, up]
         assert place == pytest.approx(expected, abs=1e-9)
+
+
+_NOTHING = image_of(np.zeros((0, 2)), np.zeros(0), (0.0, 0.0, 0.1))
+_HALF = np.array([1.2, 0.5, 0.75])
+"""Of a box in a circle of 1.3 m, of which 0.01 m more are looked at."""
+
+
+@pytest.mark.parametrize("bottom", [-1.5, -0.7, 0.2])
+@pytest.mark.parametrize("floor", [0.0, 0.3])
+def test_cells_of_a_box_are_those_of_a_cylinder_around_it(bottom: float, floor: float) -> None:
+    centre = np.array([6.0, 8.0, bottom + TIP])
+    found = _cells_of_box(
+        _NOTHING, np.eye(4), (0.0, 0.0, 0.1), 0.0, np.zeros(2), centre, _HALF, floor
+    )
+    side, low, high = np.arcsin(0.131), bottom + floor - 0.01, bottom + 1.51
+    lowest = np.arctan2(low, 8.69 if low < 0 else 11.31)
+    highest = np.arctan2(high, 8.69 if high > 0 else 11.31)
+    azimuth = np.arctan2(8.0, 6.0)
+    assert found[:4] == cells_between(azimuth - side, azimuth + side, lowest, highest)
+    assert found[4] == pytest.approx(np.hypot(8.69, max(low, -high, 0.0)))
+    assert found[5] == pytest.approx(np.hypot(11.31, max(-low, high)))
+
+
+def test_a_box_around_the_sensor_is_in_all_directions() -> None:
+    centre = np.array([0.4, -1.0, -0.5 + TIP])
+    _, _, right, left, near, far = _cells_of_box(
+        _NOTHING, np.eye(4), (0.0, 0.0, 0.1), 0.0, np.zeros(2), centre, _HALF, 0.0
+    )
+    assert left - right == 1200
+    assert near == 0.0
+    assert far == pytest.approx(np.hypot(np.hypot(0.4, 1.0) + 1.31, 1.01))
+
+
+def test_a_sensor_that_leans_sees_the_top_beside_the_bottom() -> None:
+    lean = np.eye(4)
+    cos, sin = np.cos(0.2), np.sin(0.2)
+    lean[:3, :3] = [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]
+    place = np.linalg.inv(lean) @ [10.0, 0.0, TIP - 0.5, 1.0]
+    found = _cells_of_box(_NOTHING, lean, (0.0, 0.0, 0.1), 0.0, np.zeros(2), place[:3], _HALF, 0.3)
+    radius = 1.31 + 1.5 * sin
+    low, high = -0.51 + 0.3 * cos - radius * sin, -0.49 + 1.5 * cos + radius * sin
+    near, far, side = 10.0 - radius, 10.0 + radius, np.arcsin(radius / 10.0)
+    assert found[:4] == cells_between(-side, side, np.arctan2(low, near), np.arctan2(high, near))
+    assert found[4] == pytest.approx(near)
+    assert found[5] == pytest.approx(np.hypot(far, max(-low, high)))
+
+
+@pytest.mark.parametrize(
+    ("motion", "velocity"),
+    [
+        ((20.0, 0.0, 0.1), (0.0, 0.0)),
+        ((-20.0, 0.0, 0.1), (3.0, 4.0)),
+        ((0.0, 0.0, 0.1), (0.0, -9.0)),
+        ((0.0, 3.0, 0.1), (9.0, 12.0)),
+        ((4.0, -2.0, 0.1), (9.0, 12.0)),
+    ],
+)
+@pytest.mark.parametrize("ahead", [True, False])
+def test_what_moves_is_looked_for_as_far_as_it_gets_meanwhile(
+    motion: Motion, velocity: tuple[float, float], ahead: bool
+) -> None:
+    speed, turn_rate, period = motion
+    centre = np.array([10.0 if ahead else -10.0, 0.0, -0.6 + TIP])
+    moves = np.array(velocity)
+    found = _cells_of_box(_NOTHING, np.eye(4), motion, 0.0, moves, centre, _HALF, 0.0)
+    (x, y, _), _, time, doubt = faced(np.eye(4), motion, 0.0, centre, moves)
+    away, fast = np.hypot(x, y), abs(speed) + np.hypot(*velocity)
+    # Behind, where a turn ends, rays are sent at any time of it; else in a time as long as the head
+    # takes from the middle of the box to its side.
+    off = period / 2 + abs(time)
+    for _ in range(60 if ahead else 0):
+        side = np.arcsin((1.31 + fast * off) / away) + abs(turn_rate) * off
+        off = side * period / (2 * np.pi) + 2 * doubt
+    radius = 1.31 + fast * off
+    assert away - radius - 0.02 < found[4] <= away - radius + 1e-9
+    side = np.arcsin(radius / away) + abs(turn_rate) * off
+    _, _, right, left = cells_between(np.arctan2(y, x) - side, np.arctan2(y, x) + side, 0.0, 0.0)
+    assert right - 1 <= found[2] <= right
+    assert left <= found[3] <= left + 1
