@@ -291,7 +291,8 @@ def _crates(
 
 def _is_free(world: CollisionWorld, start: int = 10, reference: bool = False) -> bool:
     states, sweep = _straight()
-    place, placed = (0.0, 0.0, 0.0, 1.0, 0.0), np.empty((6, 5))
+    # As if the start had been placed, too.
+    place, placed = (0.0, 0.0, 0.0, 1.0, 0.0), np.tile([1.5, 0.0, 1.0, 0.0, 1.0], (6, 1))
     blocks = edge_blocks(world.edges)
     return drives_freely(
         place, start, 0, 5, True, reference, states, sweep, _CAR, world, blocks, placed
@@ -359,6 +360,9 @@ def test_crates_beside_the_way_stand_as_near_as_they_touch(x: float, y: float, f
         ((8.49, -9.0, 8.49, 9.0), False), ((8.51, -9.0, 8.51, 9.0), True),
         ((-9.0, 1.01, 30.0, 1.01), True), ((-9.0, 0.99, 30.0, 0.99), False),
         ((-9.0, -0.99, 30.0, -0.99), False), ((-9.0, -1.01, 30.0, -1.01), True),
+        # Behind the first step; before it, the start touches it, which does not count.
+        ((0.51, -9.0, 0.51, 9.0), False), ((0.49, -9.0, 0.49, 9.0), True),
+        ((-0.3, -9.0, -0.3, 9.0), True),
         # What ends beside the way, and what runs past its corner.
         ((5.0, 1.01, 5.0, 9.0), True), ((5.0, 0.99, 5.0, 9.0), False),
         ((7.6, 2.0, 9.6, 0.0), True), ((7.4, 2.0, 9.4, 0.0), False),
