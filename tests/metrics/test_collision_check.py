@@ -213,13 +213,13 @@ def test_footprints_have_the_vehicles_size() -> None:
 @pytest.mark.parametrize("moves", [True, False])
 def test_near_is_what_may_touch_and_no_more(moves: bool) -> None:
     rng = np.random.default_rng(2)
-    drives = np.stack([random_drive(rng) for _ in range(18)])
-    lengths = np.array([STEPS, 1, 5, 0, STEPS + 4, 8, STEPS, 3, 2] * 2)
-    at = rng.uniform((-4, -8, -3), (16, 8, 3), (18, 5, STEPS if moves else 1, 3))
+    drives = np.stack([random_drive(rng) for _ in range(36)])
+    lengths = np.array([STEPS, 1, 5, 0, STEPS + 4, 8, STEPS, 3, 2] * 4)
+    at = rng.uniform((-4, -8, -3), (16, 8, 3), (36, 5, STEPS if moves else 1, 3))
     poses = np.concatenate([at[..., :2], np.cos(at[..., 2:]), np.sin(at[..., 2:])], axis=-1)
-    reach = rng.uniform(0.5, 3.0, (18, 5))
+    reach = rng.uniform(0.5, 3.0, (36, 5))
     near = _may_touch(
-        drives[:, None, :, [0, 1, 3]], 4.5, 1.6, np.broadcast_to(at, (18, 5, STEPS, 3)),
+        drives[:, None, :, [0, 1, 3]], 4.5, 1.6, np.broadcast_to(at, (36, 5, STEPS, 3)),
         reach[..., None],
     )  # fmt: skip
     near &= np.arange(STEPS) < lengths[:, None, None]
@@ -227,7 +227,7 @@ def test_near_is_what_may_touch_and_no_more(moves: bool) -> None:
     # Rows in the order of trajectory, step and obstacle; more than the first memory holds.
     expected = np.argwhere(near.swapaxes(1, 2))
     assert np.column_stack([b, t, i]).tolist() == expected.tolist()
-    assert 64 < len(b) < 0.6 * near.size
+    assert 130 < len(b) < 0.6 * near.size
 
 
 @pytest.mark.parametrize(
