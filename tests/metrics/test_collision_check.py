@@ -9,6 +9,8 @@ import shapely
 from avsec_gym.metrics.collision_check import (
     Contact,
     TrajectoryBatch,
+    _may_touch,
+    _near,
     batch_collides,
     first_contact,
     footprints,
@@ -73,7 +75,7 @@ def random_drive(rng: np.random.Generator, length: int = STEPS) -> np.ndarray:
 def test_it_is_what_a_naive_loop_finds() -> None:
     rng = np.random.default_rng(0)
     touched, rows = 0, set()
-    for _ in range(300):
+    for _ in range(150):
         drive = random_drive(rng)
         truth = random_obstacles(rng, int(rng.integers(1, 6)))
         first_step = int(rng.integers(0, 5))
@@ -82,7 +84,7 @@ def test_it_is_what_a_naive_loop_finds() -> None:
         touched += expected is not None
         if expected is not None:
             rows.add(type(truth.shapes[expected.obstacle]).__name__)
-    assert 60 < touched < 280
+    assert 30 < touched < 140
     assert rows == {"Rectangle", "Disc", "Polygon", "Group"}
 
 
@@ -206,3 +208,40 @@ def test_footprints_have_the_vehicles_size() -> None:
     corners = footprints(np.array([[1.0, 2.0, 0.0, np.pi / 2, 0.0]]), BMW_320I)
     low, high = corners[0].min(axis=0), corners[0].max(axis=0)
     np.testing.assert_allclose([*low, *high], [0.195, -0.254, 1.805, 4.254])
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_near_is_what_may_touch_and_no_more(moves: bool) -> None:
+    rng = np.random.default_rng(2)
+    drives = np.stack([random_drive(rng) for _ in range(36)])
+    lengths = np.array([STEPS, 1, 5, 0, STEPS + 4, 8, STEPS, 3, 2] * 4)
+    at = rng.uniform((-4, -8, -3), (16, 8, 3), (36, 5, STEPS if moves else 1, 3))
+    poses = np.concatenate([at[..., :2], np.cos(at[..., 2:]), np.sin(at[..., 2:])], axis=-1)
+    reach = rng.uniform(0.5, 3.0, (36, 5))
+    near = _may_touch(
+        drives[:, None, :, [0, 1, 3]], 4.5, 1.6, np.broadcast_to(at, (36, 5, STEPS, 3)),
+        reach[..., None],
+    )  # fmt: skip
+    near &= np.arange(STEPS) < lengths[:, None, None]
+    b, i, t = _near(drives, lengths, poses, reach, 2.25, 0.8)
+    # Rows in the order of trajectory, step and obstacle; more than the first memory holds.
+    expected = np.argwhere(near.swapaxes(1, 2))
+    assert np.column_stack([b, t, i]).tolist() == expected.tolist()
+    assert 130 < len(b) < 0.6 * near.size
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "near"),
+    [(3.2, 0.0, True), (3.3, 0.0, False), (-3.2, 0.0, True), (-3.3, 0.0, False),
+     (0.0, 1.75, True), (0.0, 1.85, False), (0.0, -1.75, True), (0.0, -1.85, False)],
+)  # fmt: skip
+@pytest.mark.parametrize("heading", [0.0, 2.0])
+def test_near_is_what_lies_beside_the_vehicle_by_less_than_its_reach(
+    x: float, y: float, near: bool, heading: float
+) -> None:
+    """A vehicle of 4.5 x 1.6 m, and a disc of 1 m around what stands there."""
+    place = complex(x, y) * np.exp(1j * heading)
+    drive = np.array([[[5.0, -2.0, 0.0, heading, 0.0]]])
+    pose = np.array([[[[5.0 + place.real, -2.0 + place.imag, 1.0, 0.0]]]])
+    found = _near(drive, np.array([1]), pose, np.ones((1, 1)), 2.25, 0.8)
+    assert len(found[0]) == near

@@ -96,7 +96,7 @@ def _unlike(
     height, width = left.shape
     best = np.nan
     middle = round(u - disparity)
-    for column in range(middle - 1, middle + 2):
+    for column in range(max(middle - 1, 0), min(middle + 2, width)):
         differing, count = 0, 0
         for i in range(max(-_ROWS, -v), min(_ROWS, height - 1 - v) + 1):
             reach_left, reach_right = min(u, column), min(width - 1 - u, width - 1 - column)
@@ -105,7 +105,7 @@ def _unlike(
                 differing += one != _census(right[v + i, column + j], right[v, column])
                 count += 1
         # Half of them at least have to be in both images.
-        if 0 <= column < width and 2 * count >= (2 * _ROWS + 1) * (2 * _COLUMNS + 1):
+        if 2 * count >= (2 * _ROWS + 1) * (2 * _COLUMNS + 1):
             best = differing / count if np.isnan(best) else min(best, differing / count)
     return best
 

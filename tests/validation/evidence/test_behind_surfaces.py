@@ -16,6 +16,9 @@ from avsec_gym.validation.evidence.behind_surfaces import (
     MIN_NEARER,
     MIN_SURROUNDED,
     STEP,
+    _from_the_lidar,
+    _is_surrounded,
+    _seen_from,
     behind_surfaces,
     lidar_eye,
 )
@@ -79,6 +82,99 @@ def test_as_a_plain_loop_says() -> None:
     found = behind_surfaces(scan, dense, lidar_eye(calibration, LEFT, SCALE))
     np.testing.assert_array_equal(found, expected)
     assert 20 < found.sum() < 0.8 * np.isfinite(scan).sum()
+
+
+_MOVED = [
+    (0.01, 0.007, 0.0),
+    (0.4, 0.0, 0.0),
+    (-0.4, 0.1, 0.0),
+    (0.0, 0.5, -0.3),
+    (0.0, -0.5, 0.2),
+    (0.1, 0.2, 2.0),
+]
+"""Places of a LiDAR to the right of, below and before the camera, metres."""
+
+
+@pytest.mark.parametrize("place", _MOVED)
+def test_each_pixel_of_the_lidars_view_has_the_nearest_surface(
+    place: tuple[float, float, float],
+) -> None:
+    focal, u, v, scale = 20.0, 8.5, 5.25, 12.0
+    random = np.random.default_rng(3)
+    dense = random.uniform(2.0, 8.0, (11, 17)).astype(np.float32)
+    dense[random.random(dense.shape) < 0.5] = np.nan
+    dense[4, 3], dense[7, 9], dense[8, 2] = 0.0, -2.0, 0.005
+    optics = np.array([[focal, 0, u], [0, focal, v], [0, 0, 1]])
+    expected = np.zeros(dense.shape)
+    for row, column in np.argwhere(dense > 0.01):
+        seen = np.linalg.inv(optics) @ [column, row, 1] * scale / dense[row, column] - place
+        if seen[2] <= 0.1:
+            continue
+        a, b, ahead = optics @ seen
+        for c in (int(np.floor(a / ahead)), int(np.floor(a / ahead)) + 1):
+            if 0 <= round(b / ahead) < 11 and 0 <= c < 17:
+                at = round(b / ahead), c
+                expected[at] = max(expected[at], scale / ahead)
+    found = _from_the_lidar(dense, np.array([focal, u, v, *place, scale]))
+    assert found == pytest.approx(expected, rel=1e-5)
+    assert (expected > 0).sum() > 10
+
+
+def test_what_is_beside_or_behind_the_lidar_is_seen_nowhere() -> None:
+    eye = np.array([20.0, 8.0, 5.0, 0.0, 0.0, 3.0, 12.0])
+    assert _seen_from(5, 8, 3.0, eye) == (5.0, 8.0, 1.0)
+    # Four metres ahead of the camera and one ahead of the LiDAR: four times as far off the axis.
+    assert _seen_from(7, 5, 3.0, eye) == (13.0, -4.0, 1.0)
+    for disparity in (3.9, 4.0, 6.0):
+        row, column, _ = _seen_from(5, 8, disparity, eye)
+        assert row < -1e5 > column
+    row, column, ahead = _seen_from(5, 8, 3.85, eye)
+    assert (row, column, ahead) == pytest.approx((5.0, 8.0, 12.0 / 3.85 - 3.0))
+
+
+@pytest.mark.parametrize("shape", [(36, 41), (44, 37), (20, 60)])
+def test_a_place_is_surrounded_where_enough_of_each_side_is_nearer(shape: tuple[int, int]) -> None:
+    random, answers = np.random.default_rng(shape[0]), []
+    for _ in range(40):
+        row, column = int(random.integers(8, shape[0] - 8)), int(random.integers(10, 28))
+        # About as much is known, and nearer, as has to be.
+        nearer, known = random.uniform(0.88, 0.99), random.uniform(0.65, 1.1)
+        surfaces = np.where(random.random(shape) < nearer, 6.5, 0.5).astype(np.float32)
+        surfaces[random.random(shape) < 0.1] *= np.float32(0.99)
+        surfaces[random.random(shape) > known] = 0.0
+        least = float(random.choice([6.0, 6.45]))
+        sides = []
+        for rows, columns in (
+            ((-16, 16), (-16, 0)),
+            ((-16, 16), (0, 16)),
+            ((-16, 0), (-16, 16)),
+            ((0, 16), (-16, 16)),
+        ):
+            side = [
+                float(surfaces[row + n, column + m])
+                for n in range(rows[0], rows[1] + 1, 2)
+                for m in range(columns[0], columns[1] + 1, 2)
+                if 0 <= row + n < shape[0] and 0 <= column + m < shape[1]
+            ]
+            of_them = [disparity for disparity in side if disparity > 0]
+            share = [disparity for disparity in of_them if disparity > least]
+            # 17 x 9 pixels are a side.
+            sides.append(2 * len(of_them) >= 153 and len(share) >= 0.9 * len(of_them))
+        assert _is_surrounded(surfaces, row, column, least) == all(sides)
+        answers.append(all(sides))
+    assert 2 <= sum(answers) <= 38
+
+
+def test_a_place_is_surrounded_by_what_is_known_on_half_of_each_side() -> None:
+    surfaces = np.full((33, 33), 9.0, np.float32)
+    assert _is_surrounded(surfaces, 16, 16, 8.99)
+    # Equally near is not nearer.
+    assert not _is_surrounded(surfaces, 16, 16, 9.0)
+    # Of 9 x 17 pixels that are looked at above, 5 x 17 are known, then 4 x 17.
+    surfaces[:8] = 0.0
+    assert _is_surrounded(surfaces, 16, 16, 8.0)
+    surfaces[8] = 0.0
+    assert not _is_surrounded(surfaces, 16, 16, 8.0)
 
 
 def seen_along(rays: Floats, origin: Floats) -> Floats:
