@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from avsec_gym.errors import DataError
@@ -31,3 +34,25 @@ def make_folder(folder: str | Path) -> None:
             path=folder,
             remedy="Check the path, its permissions and the free space.",
         ) from error
+
+
+@contextmanager
+def made_folder(folder: str | Path) -> Iterator[Path]:
+    """A folder to write into, made where it lacks.
+
+    Where that ends in an error before anything is in it, what was made goes again: a slip in the
+    arguments leaves no empty folders behind.
+
+    Raises:
+        DataError: As of `make_folder`.
+    """
+    folder = Path(folder)
+    lacking = [each for each in (folder, *folder.parents) if not os.path.lexists(each)]
+    try:
+        make_folder(folder)
+        yield folder
+    except BaseException:
+        for each in lacking:
+            with suppress(OSError):  # One that holds something stays, and so do those above it.
+                each.rmdir()
+        raise

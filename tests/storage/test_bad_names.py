@@ -44,6 +44,8 @@ from avsec_gym.scenario.commonroad_scenes import commonroad_folder
 from avsec_gym.scenario.scene_sets import label_folder, labelled_scenarios
 from avsec_gym.validation.thresholds import read_threshold_table
 from avsec_gym.world.export import changed_files
+from avsec_gym.world.textures import library
+from tests.full_disk import largest_file
 
 READERS: dict[str, Callable[[Path], Any]] = {
     "labels": labels.read_labels,
@@ -95,15 +97,25 @@ def drawn(path: Path) -> None:
     scenario_picture.save_picture(Figure(), path)
 
 
+CAR = Boxes3D(
+    np.array([[0.0, 1.6, 20.0]]),
+    np.array([[1.5, 1.6, 4.0]]),
+    np.zeros(1),
+    np.ones(1),
+    np.array(["Car"]),
+    np.array([[500.0, 100.0, 600.0, 200.0]]),
+)
 NO_OBJECTS, BLACK = Boxes3D.empty(), np.zeros((8, 8, 3), np.uint8)
 WRITERS: dict[str, Callable[[Path], Any]] = {
-    "labels": lambda path: labels.write_labels(path, NO_OBJECTS),
-    "detections": lambda path: labels.write_detections(path, NO_OBJECTS),
+    "labels": lambda path: labels.write_labels(path, CAR),
+    "detections": lambda path: labels.write_detections(path, CAR),
     "image": lambda path: sensor_files.write_image(path, BLACK),
     "scan": lambda path: sensor_files.write_points(path, np.zeros((1, 4), np.float32)),
     "disparity": lambda path: map_files.write_disparity(path, np.ones((8, 8), np.float32)),
     "mask": lambda path: map_files.write_mask(path, np.ones((8, 8), np.uint8)),
-    "tracking": lambda path: tracking.write_tracking_labels(path, {}),
+    "tracking": lambda path: tracking.write_tracking_labels(
+        path, {0: tracking.TrackedBoxes(CAR, np.array([1]))}
+    ),
     "error model": lambda path: write_error_model(path, ErrorModel()),
     "scenario": lambda path: write_commonroad(PROBLEM, path),
     "primitives": lambda path: write_primitives(generate_primitives((6.0,)), path),
@@ -128,6 +140,20 @@ def test_a_place_that_cannot_be_written_is_a_clear_error(
     # Nothing half written stays, and nothing is lost.
     assert {path.name for path in tmp_path.iterdir()} == {"file", "folder.png", "there.png"}
     assert (tmp_path / "there.png").read_text() == "mine"
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS.keys())
+def test_a_full_disk_is_a_clear_error(tmp_path: Path, writer: Callable[[Path], Any]) -> None:
+    """Errors of the system while a file is written name none."""
+    with largest_file(0), pytest.raises(DataError, match=r"cannot be written.*free space"):
+        writer(tmp_path / "new.png")
+    assert not list(tmp_path.iterdir())
+
+
+def test_textures_without_room_are_named(tmp_path: Path) -> None:
+    with largest_file(0), pytest.raises(DataError, match=r"textures\.npy.*cannot be written"):
+        library._save(tmp_path / "textures.npy", lambda file: np.save(file, BLACK))
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS.keys())
