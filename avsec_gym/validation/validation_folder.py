@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
@@ -152,6 +152,17 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
         for name in {**asked, **there}
         if there.get(name) != asked.get(name)
     ]
+
+
+def usual_folder(usual: Path, record: Mapping[str, Any]) -> Path:
+    """The first of ``NAME``, ``NAME_2`` and so on that holds no results of something else.
+
+    Args:
+        usual: The first of them.
+        record: See `ValidationFolder`.
+    """
+    places = (usual.with_name(f"{usual.name}_{number}") for number in count(2))
+    return next(out for out in chain([usual], places) if not differences(out, record))
 
 
 def row_of(
