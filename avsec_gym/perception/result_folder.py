@@ -70,11 +70,11 @@ def write_result_folder(
         DataError: The folder holds other results, another process is writing there, a worker died,
             or no frame could be used.
     """
-    out, data = Path(out), KittiObject(kitti)
+    data = KittiObject(kitti)
     if workers > 1 and not isinstance(detector, (str, Mapping)):
         raise ConfigurationError("several workers need the name of a detector, not the object")
     seeing = make("detector", detector) if workers == 1 else None
-    with locked_folder(out):
+    with locked_folder(out) as out:
         _claim(out, detector, data)
         there = set(frame_ids(out, ".txt"))
         wanted = [id for id in ids if id not in there]

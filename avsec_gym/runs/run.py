@@ -111,8 +111,7 @@ def run_experiments(
 
     _check_arguments(experiments, workers, threads, backend)
     configuration = with_defaults(configuration, experiments)
-    root = Path(root)
-    with locked_folder(root), ExitStack() as stack:
+    with locked_folder(root) as root, ExitStack() as stack:
         _check_empty_or_run(root, besides)
         cluster = (
             stack.enter_context(ray_cluster(usable_cores())) if backend == Backend.RAY else None

@@ -11,12 +11,30 @@ from avsec_gym.errors import DataError
 from avsec_gym.storage.regular_files import is_folder, is_there
 
 
+def named(path: str | Path) -> Path:
+    """A file's path, which ends in the file's name.
+
+    Raises:
+        DataError: It is empty, or a folder's, such as ``.`` and ``/``.
+    """
+    if not Path(path).name:
+        _check_not_empty(path)
+        raise DataError(
+            "This is a folder, where a file is to be written.",
+            path=path,
+            remedy="Name another place.",
+        )
+    return Path(path)
+
+
 def make_folder(folder: str | Path) -> None:
     """Make a folder and those above it, where they lack.
 
     Raises:
-        DataError: A file stands in its place or above it, or the system does not let us make it.
+        DataError: The path is empty, a file stands in its place or above it, or the system does not
+            let us make it.
     """
+    _check_not_empty(folder)
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -46,6 +64,7 @@ def made_folder(folder: str | Path) -> Iterator[Path]:
     Raises:
         DataError: As of `make_folder`.
     """
+    _check_not_empty(folder)
     folder = Path(folder)
     lacking = [each for each in (folder, *folder.parents) if not os.path.lexists(each)]
     try:
@@ -56,3 +75,9 @@ def made_folder(folder: str | Path) -> Iterator[Path]:
             with suppress(OSError):  # One that holds something stays, and so do those above it.
                 each.rmdir()
         raise
+
+
+def _check_not_empty(path: str | Path) -> None:
+    """Raise DataError where a path is empty: to `Path`, that is the folder that one is in."""
+    if not os.fspath(path):
+        raise DataError("The path is empty.", remedy="Name a place, such as . for this folder.")

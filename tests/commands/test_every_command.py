@@ -400,6 +400,38 @@ def test_a_place_that_is_not_there_has_one_exit_code(
     assert re.search(f"{none}|No file can have a name as long as this", line)
 
 
+def places(command: Any) -> list[str]:
+    """The flags of a command's paths; ``""`` for those without one."""
+    flags = {option.flag for option in options(command)}
+    hints = get_type_hints(command)
+    names = [field.name for field in fields(command) if "Path" in str(hints[field.name])]
+    asked = [f"--{name.replace('_', '-')}" for name in names]
+    return [flag if flag in flags else "" for flag in asked]
+
+
+@pytest.mark.parametrize(
+    ("command", "option"), [(name, flag) for name in EVERY for flag in places(EVERY[name])]
+)
+@pytest.mark.parametrize("bad", ["", "a\0b"], ids=["empty", "NUL"])
+def test_a_path_that_cannot_be_one_is_refused(
+    command: str,
+    option: str,
+    bad: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """An empty one would mean the folder that one is in."""
+    monkeypatch.chdir(tmp_path)
+    own = [[bad]] if not option else [[option, bad], [f"{option}={bad}"]]
+    for words in own:
+        given = [*command.split(), *required(EVERY[command])] if option else command.split()
+        assert ends([*given, *words]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"avsec: avsec {command} {option}".rstrip() + ": a path or value ")
+    assert not list(tmp_path.iterdir())
+
+
 LOCKED = {
     "evaluate": "--scenarios {labels}",
     "detect": "--detector oracle --kitti {kitti} --ids 000001",

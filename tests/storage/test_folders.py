@@ -8,6 +8,7 @@ import pytest
 
 from avsec_gym.errors import DataError
 from avsec_gym.storage.atomic_write import write_bytes
+from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.folders import made_folder, make_folder
 
 
@@ -39,6 +40,14 @@ def test_a_folder_in_a_file_s_place_is_named(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="where a file is to be written"):
         write_bytes(tmp_path / "there", b"content", overwrite=True)
     assert not list(tmp_path.glob(".*"))
+
+
+def test_an_empty_path_is_no_folder() -> None:
+    with pytest.raises(DataError, match="path is empty"):
+        make_folder("")
+    for take in (made_folder, locked_folder):
+        with pytest.raises(DataError, match="path is empty"), take(""):
+            pass
 
 
 def stopped(folder: Path, *names: str) -> None:

@@ -65,8 +65,7 @@ def make_data_set(
         raise ConfigurationError(f"1 worker or more, got {workers}")
     if not len(recipe):
         raise ConfigurationError("a data set has 1 frame or more, got none")
-    root = Path(root)
-    with locked_folder(root):
+    with locked_folder(root) as root:
         manifest, asked = read_manifest(root), new_manifest(recipe.settings)
         if manifest is None:
             _check_empty(root)
