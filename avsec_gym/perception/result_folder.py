@@ -20,6 +20,7 @@ from avsec_gym.progress import Progress
 from avsec_gym.registry import make
 from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.portable_names import portable
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import read_text, write_text
 from avsec_gym.worker_processes import each_in_processes
@@ -128,7 +129,7 @@ def _claim(out: Path, detector: Any, data: KittiObject) -> None:
         "detector": detector if named else detector.name,
         "data": str(data.folder.resolve()),
     }
-    text = json.dumps(record, indent=1, default=str) + "\n"
+    text = json.dumps(portable(record), indent=1, default=str) + "\n"
     path = out / RECORD
     if not is_there(out) or not frame_ids(out, ".txt"):
         write_text(path, text, overwrite=True)
