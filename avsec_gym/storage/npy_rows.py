@@ -11,7 +11,7 @@ import math
 import os
 from io import BytesIO, FileIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -40,7 +40,7 @@ class NewFile:
         with naming(self._path):
             self._file = FileIO(path, "x+")
 
-    def __enter__(self) -> NewFile:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -20,9 +20,10 @@ def naming(path: Path, *others: type[Exception]) -> Iterator[None]:
     Raises:
         DataError: It cannot be written, as where the disk is full.
     """
+    kinds: tuple[type[Exception], ...] = (OSError, *others)
     try:
         yield
-    except (OSError, *others) as error:
+    except kinds as error:
         raise DataError(
             f"The file cannot be written ({getattr(error, 'strerror', None) or error}).",
             path=path,

@@ -46,7 +46,7 @@ def write_commonroad(
     import_quietly()
     from commonroad.common.file_writer import CommonRoadFileWriter, OverwriteExistingFile
     from commonroad.scenario.scenario import Location, Tag
-    from lxml.etree import LxmlError
+    from lxml.etree import LxmlError  # type: ignore[import-untyped]
 
     notes: dict[str, Any] = {"id": scenario.id}
     if scenario.road_type:
