@@ -32,8 +32,7 @@ from avsec_gym.agents.learner import make_learner
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.progress import Progress, no_progress
-from avsec_gym.storage.folder_lock import folder_lock
-from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.regular_files import is_there
 
 TENSORBOARD = "tensorboard"
@@ -87,8 +86,7 @@ def train_agent(
         DataError: Something else is in the folder, or what is there cannot be gone on with; or the
             configuration is of a user's file and does not fit.
     """
-    make_folder(out)
-    with folder_lock(out, what="an agent"):
+    with locked_folder(out):
         begun = _check_folder(configuration, out, seed, sitting.resume)
         torch.set_num_threads(sitting.threads)
         with naming_the_file(configuration):

@@ -46,6 +46,7 @@ from avsec_gym.perception.training.checkpoint import (
 from avsec_gym.perception.training.curves import Curves, read_curves
 from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.progress import Progress
+from avsec_gym.storage.folder_lock import locked_folder
 
 PATCH = "patch.safetensors"
 """The patch in the folder of a training, its picture and card beside it."""
@@ -89,30 +90,31 @@ def train_patch(
     Raises:
         ConfigurationError: No detector, two of one name, or one that has no loss.
         DataError: The folder holds a training and `resume` is false, or holds that of another
-            patch; or a frame is broken.
+            patch, or another process is writing there; or a frame is broken.
     """
-    run = _Run(_by_name(detectors), scenes, configuration, folder, resume)
-    first, judged = run.state.step, min(len(scenes), _JUDGED)
-    total = run.steps - first + judged
-    saved = time.monotonic()
-    with closing(run.curves):
-        while run.state.step < run.steps:
-            run.step()
-            if on_progress is not None:
-                on_progress(run.state.step - first, total)
-            epoch, rest = divmod(run.state.step, run.epoch_steps)
-            if rest == 0 or time.monotonic() - saved > _CHECKPOINT_SECONDS:
-                run.save()
-                saved = time.monotonic()
-            if rest == 0:
-                run.keep()
-                run.curves.draw()
-                if on_epoch is not None:
-                    on_epoch(epoch, run.mean_losses(epoch))
-    losses = run.judged(
-        judged, lambda done: on_progress and on_progress(total - judged + done, total)
-    )
-    return run.keep(losses)
+    with locked_folder(folder):
+        run = _Run(_by_name(detectors), scenes, configuration, folder, resume)
+        first, judged = run.state.step, min(len(scenes), _JUDGED)
+        total = run.steps - first + judged
+        saved = time.monotonic()
+        with closing(run.curves):
+            while run.state.step < run.steps:
+                run.step()
+                if on_progress is not None:
+                    on_progress(run.state.step - first, total)
+                epoch, rest = divmod(run.state.step, run.epoch_steps)
+                if rest == 0 or time.monotonic() - saved > _CHECKPOINT_SECONDS:
+                    run.save()
+                    saved = time.monotonic()
+                if rest == 0:
+                    run.keep()
+                    run.curves.draw()
+                    if on_epoch is not None:
+                        on_epoch(epoch, run.mean_losses(epoch))
+        losses = run.judged(
+            judged, lambda done: on_progress and on_progress(total - judged + done, total)
+        )
+        return run.keep(losses)
 
 
 class _Run:

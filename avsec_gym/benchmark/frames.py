@@ -16,6 +16,7 @@ from avsec_gym.progress import Progress, no_progress
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.storage.atomic_write import write_bytes
+from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, is_there, read_bytes
 
@@ -52,19 +53,20 @@ def write_frames(
     for frozen in frozen_sets().values():
         frozen.check()
     torch.set_num_threads(1)  # As in an entry: the last digits of gradients depend on it.
-    sets = [(frozen, frozen.frames(quick=quick)) for frozen in frozen_sets().values()]
-    total = sum(len(scenes) for _, scenes in sets) * len(pipelines)
-    folders, done = [], 0
-    for frozen, scenes in sets:
-        for setting, pipeline in pipelines.items():
-            folder = root / frozen.name / setting
-            for part in ("image_2", "image_3", *_COPIED):
-                make_folder(folder / "training" / part)
-            folders.append(folder)
-            for scene in scenes.scenes.labelled:
-                _write(folder / "training", scenes, scene, pipeline)
-                done += 1
-                on_progress(done, total)
+    with locked_folder(root):
+        sets = [(frozen, frozen.frames(quick=quick)) for frozen in frozen_sets().values()]
+        total = sum(len(scenes) for _, scenes in sets) * len(pipelines)
+        folders, done = [], 0
+        for frozen, scenes in sets:
+            for setting, pipeline in pipelines.items():
+                folder = root / frozen.name / setting
+                for part in ("image_2", "image_3", *_COPIED):
+                    make_folder(folder / "training" / part)
+                folders.append(folder)
+                for scene in scenes.scenes.labelled:
+                    _write(folder / "training", scenes, scene, pipeline)
+                    done += 1
+                    on_progress(done, total)
     return folders
 
 

@@ -89,22 +89,40 @@ def _walk(command: Any) -> Iterator[tuple[str, Option]]:
 
 
 def _check_options(command: Any, words: Sequence[str], program: str) -> None:
-    """Refuse an option that the command does not have.
+    """Refuse an option that the command does not have, and words that are no value of any.
 
     Raises:
-        ConfigurationError: There is one; it names what it may have meant.
+        ConfigurationError: There is one; it names what it may have meant, or which option it is of.
     """
     known = [*(option.flag for option in options(command)), "--help"]
+    last = ""
     for word in words:
-        flag = word.partition("=")[0].replace("_", "-")
+        flag, sign, value = word.partition("=")
+        flag = flag.replace("_", "-")
         if flag in _HELP:
             return
+        own = flag if flag in known else ""
+        _check_value(value if own and sign else word, own or last, program)
+        last = own or last
         if word.startswith("--") and len(word) > 2 and flag not in known:
             # Without dashes, which all options have in common; they are put back.
             nearest = did_you_mean(flag[2:], [flag[2:] for flag in known]).replace('"', '"--', 1)
             problem = f"{program} has no option {flag}."
             remedy = f"`{program} --help` lists all."
             raise ConfigurationError(" ".join(filter(None, (problem, nearest, remedy))))
+
+
+def _check_value(value: str, flag: str, program: str) -> None:
+    """Refuse a value that no option takes: to the system, an empty path is the folder it is in.
+
+    Raises:
+        ConfigurationError: It is one; the message names the option before it.
+    """
+    where = f"{program} {flag}:" if flag else f"{program}:"
+    if not value:
+        raise ConfigurationError(f"{where} a path or value is empty; name one, or leave it out")
+    if "\0" in value:
+        raise ConfigurationError(f"{where} a path or value holds a NUL, as no name can")
 
 
 _REGISTRY = ConstructorRegistry()

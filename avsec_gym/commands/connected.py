@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -109,26 +110,27 @@ class Connected:
                     f"avsec: these instants vouch for alarms in {kept} of attack-free ones at most"
                     f" (95 % confidence), where --alarms asks for {self.alarms:g}"
                 )
-        judged = JudgedInstants(
-            source,
-            validator,
-            fit,
-            self._folder(fit),
-            self._attack,
-            self.seed,
-            self.pictures,
-            self.json,
-            self.rrd,
-        )
-        left_out: dict[str, str] = {}
-        drives, sums = judged.judge(left_out), None
-        if self.sequence is not None:
-            from avsec_gym.validation.connected.rays.sequential import lasting_test
+        with self._locked(fit) as folder:
+            judged = JudgedInstants(
+                source,
+                validator,
+                fit,
+                folder,
+                self._attack,
+                self.seed,
+                self.pictures,
+                self.json,
+                self.rrd,
+            )
+            left_out: dict[str, str] = {}
+            drives, sums = judged.judge(left_out), None
+            if self.sequence is not None:
+                from avsec_gym.validation.connected.rays.sequential import lasting_test
 
-            clean = fit.clean_scores if learned is None else learned.clean_log_odds
-            test = lasting_test(clean, self.sequence, self.alarms)
-            sums = judged.add_up(JudgedSequences(test, self.sequence), drives)
-        return judged.report(left_out, sums)
+                clean = fit.clean_scores if learned is None else learned.clean_log_odds
+                test = lasting_test(clean, self.sequence, self.alarms)
+                sums = judged.add_up(JudgedSequences(test, self.sequence), drives)
+            return judged.report(left_out, sums)
 
     def _check(self) -> None:
         for name, good in (
@@ -272,11 +274,14 @@ class Connected:
         record |= {name: settings[name] for name in named if name in settings}
         return record if settings else {**record, "folder": source.root.name}
 
-    def _folder(self, fit: ConnectedFit) -> ValidationFolder:
+    @contextmanager
+    def _locked(self, fit: ConnectedFit) -> Iterator[ValidationFolder]:
+        """The folder of the results, which no other process writes meanwhile."""
         from avsec_gym.commands.instant_rows import InstantRow
+        from avsec_gym.storage.folder_lock import locked_folder
         from avsec_gym.storage.text_files import read_text
         from avsec_gym.validation.connected.fit import FORMAT
-        from avsec_gym.validation.validation_folder import ValidationFolder, differences
+        from avsec_gym.validation.validation_folder import ValidationFolder, usual_folder
 
         content = read_text(self._constants_file, most=2**28)
         record = {
@@ -294,10 +299,5 @@ class Connected:
         if self.method == "learned":
             model = read_text(self._model_file, most=2**28)
             record["model"] = hashlib.sha256(model.encode()).hexdigest()
-        if self.out is not None:
-            return ValidationFolder(self.out, record, InstantRow)
-        for number in count(1):
-            out = _USUAL_OUT.with_name(_USUAL_OUT.name + (f"_{number}" if number > 1 else ""))
-            if not differences(out, record):
-                break
-        return ValidationFolder(out, record, InstantRow)
+        with locked_folder(self.out or usual_folder(_USUAL_OUT, record)) as out:
+            yield ValidationFolder(out, record, InstantRow)

@@ -104,8 +104,7 @@ class DriveInTraffic:
         from avsec_gym.commands.drive_table import drive_report, print_settings, steps_per_second
         from avsec_gym.drives.driving import make_drives
         from avsec_gym.drives.summary import by_recording, by_scene, summaries
-        from avsec_gym.storage.folder_lock import folder_lock
-        from avsec_gym.storage.folders import make_folder
+        from avsec_gym.storage.folder_lock import locked_folder
 
         self._check()
         settings = self._settings()
@@ -115,8 +114,7 @@ class DriveInTraffic:
         tasks = self._tasks(environments[0], settings)
         record = self._record(scenarios, settings)
         out = self._out(record)
-        make_folder(out)
-        with folder_lock(out), console.progress("driving") as shown:
+        with locked_folder(out), console.progress("driving") as shown:
             folder = self._folder(out, record)
             make_drives(tasks, settings, scenarios, folder, jobs=self.jobs, on_progress=shown)
             recorded = scenarios.get("source") in (KITTI_TRACKING, KITTI_RAW)

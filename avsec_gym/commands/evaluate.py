@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -63,9 +64,7 @@ class Evaluate:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.evaluation.rates import driving_safety
-        from avsec_gym.scenario.intention import Intention
-        from avsec_gym.scenario.scene import Motion
+        from avsec_gym.storage.folder_lock import locked_folder
 
         # What can be refused before anything is read.
         if self.limit is not None and self.limit < 1:
@@ -84,6 +83,15 @@ class Evaluate:
                 path=self.out,
                 remedy="Name another folder with --out; nothing is overwritten.",
             )
+        with nullcontext() if self.out is None else locked_folder(self.out):
+            return self._evaluated()
+
+    def _evaluated(self) -> int:
+        """Drive, report and write; the exit code."""
+        from avsec_gym.evaluation.rates import driving_safety
+        from avsec_gym.scenario.intention import Intention
+        from avsec_gym.scenario.scene import Motion
+
         # The scenes, and what is detected in them.
         planners = self._planners
         scenes = self._scenes()
@@ -232,11 +240,9 @@ class Evaluate:
         self, result: DrivingSafety, report: dict[str, Any], detected: Detected | None
     ) -> None:
         from avsec_gym.evaluation.files import write_pictures, write_records
-        from avsec_gym.storage.folders import make_folder
         from avsec_gym.storage.text_files import write_text
 
         assert self.out is not None
-        make_folder(self.out)
         write_records(result, self.out / "records.csv")
         with console.progress("drawing") as shown:
             write_pictures(

@@ -34,7 +34,8 @@ class PlanFiles:
     """complete: always ends, with a certificate; reference: commonroad-search's search, node for
     node."""
     node_limit: int = 100_000
-    """Most nodes to expand for a file."""
+    """Most nodes to expand for a file. A search whose nodes would take more than half of the
+    machine's memory ends as at a limit (reason: memory)."""
     time_limit: float = 30.0
     """Most seconds for a file."""
     pictures: Path | None = None

@@ -94,38 +94,42 @@ class Train:
 
         from avsec_gym.perception.training.tasks import TaskOptions, make_task
         from avsec_gym.perception.training.trainer import train
+        from avsec_gym.storage.folder_lock import locked_folder
+        from avsec_gym.storage.folders import made_folder
 
         if self.threads is not None:
             torch.set_num_threads(thread_number("--threads", self.threads))
         if self.machine.device.startswith("cuda") and not torch.cuda.is_available():
             raise ConfigurationError("--device cuda: torch sees no GPU here")
-        with console.progress("preparing") as shown:
-            options = TaskOptions(
-                self.preset,
-                self.data,
-                self.validation,
-                self.cache or self.out / "samples",
-                self.start,
-                self.augmentation,
-                self.training.seed,
-                shown,
-                console.say,
-            )
-            task = make_task(self.name, options)
-        with console.progress("training") as shown:
-            outcome = train(
-                task,
-                self.training,
-                self.out,
-                machine=self.machine,
-                resume=self.resume,
-                keep=lambda network, validation: self._keep(task, network, validation),
-                on_progress=shown,
-                on_compute=_rate_teller(),
-                on_validation=lambda validation: _tell(task, validation),
-            )
-        if self.keep == "last" and outcome.last is not None:
-            self._keep(task, task.network, outcome.last)
+        cache = self.cache or self.out / "samples"
+        with locked_folder(self.out), made_folder(cache):
+            with console.progress("preparing") as shown:
+                options = TaskOptions(
+                    self.preset,
+                    self.data,
+                    self.validation,
+                    cache,
+                    self.start,
+                    self.augmentation,
+                    self.training.seed,
+                    shown,
+                    console.say,
+                )
+                task = make_task(self.name, options)
+            with console.progress("training") as shown:
+                outcome = train(
+                    task,
+                    self.training,
+                    self.out,
+                    machine=self.machine,
+                    resume=self.resume,
+                    keep=lambda network, validation: self._keep(task, network, validation),
+                    on_progress=shown,
+                    on_compute=_rate_teller(),
+                    on_validation=lambda validation: _tell(task, validation),
+                )
+            if self.keep == "last" and outcome.last is not None:
+                self._keep(task, task.network, outcome.last)
         self._report(task, outcome)
         return console.DONE if outcome.finished else console.DONE_IN_PART
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -106,36 +106,36 @@ class Validate:
             console.say(f"avsec: left out: {recordings.remark}")
         self._check_attack(recordings.system)
         by = choice.judged_by(recordings, self.ids, is_named=named is not None)
-        folder = self._folder(recordings, by)
-        # Where frames are named, what others lack does not matter.
-        lacking = {} if self.ids else recordings.lacking
-        left_out = {id: f"it lacks {what}" for id, what in lacking.items()}
-        if named is None:
-            fitted = choice.fitted(by, recordings, folder.out)
-            left_out |= fitted.on.data.get("left_out", {})
-        validator = named or fitted
-        decides = origin(validator)
-        for remark in (
-            by.remark,
-            *remarks(validator, choice.file, recordings.root, by.judged),
-            decides and f"what decides here was {decides}",
-        ):
-            if remark:
-                console.say(f"avsec: {remark}")
-        judged = JudgedFrames(
-            by.judged,
-            validator,
-            folder,
-            self._attack,
-            self.seed,
-            self.locate,
-            self.json,
-            decides,
-            bool(self.ids),
-            self.rrd,
-        )
-        judged.judge(left_out)
-        return judged.report(left_out)
+        with self._locked(recordings, by) as folder:
+            # Where frames are named, what others lack does not matter.
+            lacking = {} if self.ids else recordings.lacking
+            left_out = {id: f"it lacks {what}" for id, what in lacking.items()}
+            if named is None:
+                fitted = choice.fitted(by, recordings, folder.out)
+                left_out |= fitted.on.data.get("left_out", {})
+            validator = named or fitted
+            decides = origin(validator)
+            for remark in (
+                by.remark,
+                *remarks(validator, choice.file, recordings.root, by.judged),
+                decides and f"what decides here was {decides}",
+            ):
+                if remark:
+                    console.say(f"avsec: {remark}")
+            judged = JudgedFrames(
+                by.judged,
+                validator,
+                folder,
+                self._attack,
+                self.seed,
+                self.locate,
+                self.json,
+                decides,
+                bool(self.ids),
+                self.rrd,
+            )
+            judged.judge(left_out)
+            return judged.report(left_out)
 
     def _check(self) -> None:
         if self.rrd:
@@ -226,9 +226,12 @@ class Validate:
             return object_recordings(self.kitti, sensors or None)
         return raw_recordings(self.kitti_raw or default_suite("raw"), sensors or None)
 
-    def _folder(self, recordings: Recordings, by: JudgedBy) -> ValidationFolder:
+    @contextmanager
+    def _locked(self, recordings: Recordings, by: JudgedBy) -> Iterator[ValidationFolder]:
+        """The folder of the results, which no other process writes meanwhile."""
+        from avsec_gym.storage.folder_lock import locked_folder
         from avsec_gym.validation.fitted_on import FORMAT
-        from avsec_gym.validation.validation_folder import ValidationFolder, differences
+        from avsec_gym.validation.validation_folder import ValidationFolder, usual_folder
 
         place = self.kitti or self.kitti_raw
         record = {
@@ -257,10 +260,5 @@ class Validate:
                 record[name] = hashlib.sha256(read_text(file).encode()).hexdigest()
         if by.shipped is not None:
             record["shipped"] = hashlib.sha256(read_text(by.shipped).encode()).hexdigest()
-        if self.out is not None:
-            return ValidationFolder(self.out, record)
-        for number in count(1):
-            out = _USUAL_OUT.with_name(_USUAL_OUT.name + (f"_{number}" if number > 1 else ""))
-            if not differences(out, record):
-                break
-        return ValidationFolder(out, record)
+        with locked_folder(self.out or usual_folder(_USUAL_OUT, record)) as out:
+            yield ValidationFolder(out, record)

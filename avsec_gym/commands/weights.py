@@ -26,7 +26,7 @@ _DEFAULT_PRESETS = {"dsgn": "default", "stereo_rcnn": "resnet101", "psmnet": "fu
 class WeightsImport:
     """Take a published checkpoint: check it against the network, and store it as safetensors.
 
-    Nothing in the file is executed: it is read with torch's weights_only.
+    Nothing in the file is executed: the package reads its numbers by itself, and refuses the rest.
     """
 
     file: Annotated[Path, tyro.conf.Positional]

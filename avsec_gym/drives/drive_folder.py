@@ -15,6 +15,7 @@ from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.json_files import parse_json, read_json_object
 from avsec_gym.storage.json_lines import JsonLines
+from avsec_gym.storage.portable_names import portable
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import write_text
 
@@ -128,7 +129,7 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
         return []
     if not is_there(out / RECORD):
         return [f"there is no {RECORD} that states whose they are"]
-    there = read_json_object(out / RECORD, remedy=_AWAY)
+    there = portable(read_json_object(out / RECORD, remedy=_AWAY))
     asked = parse_json(_text(record))
     return [
         f"{name} {there.get(name)}, not {asked.get(name)}"
@@ -138,4 +139,4 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
 
 
 def _text(record: Mapping[str, Any]) -> str:
-    return json.dumps({"format": FORMAT, **record}, indent=1) + "\n"
+    return json.dumps(portable({"format": FORMAT, **record}), indent=1) + "\n"

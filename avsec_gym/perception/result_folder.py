@@ -18,7 +18,9 @@ from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.labels import write_detections
 from avsec_gym.progress import Progress
 from avsec_gym.registry import make
+from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.portable_names import portable
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import read_text, write_text
 from avsec_gym.worker_processes import each_in_processes
@@ -66,27 +68,29 @@ def write_result_folder(
 
     Raises:
         ConfigurationError: There is no such detector, or a live one meets several workers.
-        DataError: The folder holds other results, a worker died, or no frame could be used.
+        DataError: The folder holds other results, another process is writing there, a worker died,
+            or no frame could be used.
     """
-    out, data = Path(out), KittiObject(kitti)
+    data = KittiObject(kitti)
     if workers > 1 and not isinstance(detector, (str, Mapping)):
         raise ConfigurationError("several workers need the name of a detector, not the object")
     seeing = make("detector", detector) if workers == 1 else None
-    _claim(out, detector, data)
-    there = set(frame_ids(out, ".txt"))
-    wanted = [id for id in ids if id not in there]
-    kept, skipped = len(ids) - len(wanted), {}
-    results = (
-        _in_processes(detector, data, out, wanted, workers)
-        if seeing is None
-        else ((id, _detect(seeing, data, out, id)) for id in wanted)
-    )
-    with closing(results):
-        for done, (id, error) in enumerate(results, start=kept + 1):
-            if error is not None:
-                skipped[id] = error
-            if on_progress is not None:
-                on_progress(done, len(ids))
+    with locked_folder(out) as out:
+        _claim(out, detector, data)
+        there = set(frame_ids(out, ".txt"))
+        wanted = [id for id in ids if id not in there]
+        kept, skipped = len(ids) - len(wanted), {}
+        results = (
+            _in_processes(detector, data, out, wanted, workers)
+            if seeing is None
+            else ((id, _detect(seeing, data, out, id)) for id in wanted)
+        )
+        with closing(results):
+            for done, (id, error) in enumerate(results, start=kept + 1):
+                if error is not None:
+                    skipped[id] = error
+                if on_progress is not None:
+                    on_progress(done, len(ids))
     if skipped and len(skipped) == len(ids):
         raise skipped[ids[0]]
     return WrittenFrames(len(wanted) - len(skipped), kept, dict(sorted(skipped.items())))
@@ -125,7 +129,7 @@ def _claim(out: Path, detector: Any, data: KittiObject) -> None:
         "detector": detector if named else detector.name,
         "data": str(data.folder.resolve()),
     }
-    text = json.dumps(record, indent=1, default=str) + "\n"
+    text = json.dumps(portable(record), indent=1, default=str) + "\n"
     path = out / RECORD
     if not is_there(out) or not frame_ids(out, ".txt"):
         write_text(path, text, overwrite=True)
@@ -141,7 +145,6 @@ def _detect(detector: Detector, data: KittiObject, out: Path, id: str) -> DataEr
         found = detector.detect(data.frame(id))
     except DataError as error:
         return error
-    # Whole or not at all; two runs at once write the same.
     write_detections(out / f"{id}.txt", found, overwrite=True)
     return None
 

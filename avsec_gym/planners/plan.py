@@ -15,7 +15,7 @@ class Status(StrEnum):
     EXHAUSTED = "exhausted"
     """Nothing is left to try: no sequence of the primitives reaches the goal."""
     LIMIT = "limit"
-    """The node or time limit was reached first."""
+    """The node or time limit was reached first, or the memory's end."""
 
 
 class Reason(StrEnum):
@@ -32,6 +32,8 @@ class Reason(StrEnum):
     """The goal region has room, but no primitive sequence leads there: at this resolution."""
     LIMIT = "limit"
     """The node or time limit was reached first."""
+    MEMORY = "memory"
+    """There was no memory for more nodes; a search takes half of the machine's at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +89,8 @@ class Plan:
             Reason.UNREACHABLE: "no sequence of motion primitives reaches the goal"
             + (f", occupied for {occupied:.1f} s" if occupied >= 0.05 else ""),
             Reason.LIMIT: f"the limit was reached after {self.expanded} nodes"
+            + (f"; no plan takes less than {bound:.1f} s" if bound > 0 else ""),
+            Reason.MEMORY: f"memory was at its end after {self.expanded} nodes"
             + (f"; no plan takes less than {bound:.1f} s" if bound > 0 else ""),
         }
         return why[self.reason] if self.reason else self.status.value

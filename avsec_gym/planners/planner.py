@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 import threading
 import time
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -19,7 +21,7 @@ from avsec_gym.planners.collision import CollisionWorld, collision_world_of, wit
 from avsec_gym.planners.explanation import why_nothing_was_found
 from avsec_gym.planners.goal_room import is_full
 from avsec_gym.planners.handles import handle_of
-from avsec_gym.planners.plan import Plan, Status
+from avsec_gym.planners.plan import Plan, Reason, Status
 from avsec_gym.planners.primitives import MotionPrimitives, suitable_primitives
 from avsec_gym.planners.problem import Problem, problem_of
 from avsec_gym.planners.search import EXHAUSTED, FOUND, FULL, PAUSED, advance, refuse_the_rest
@@ -82,7 +84,7 @@ class MotionPrimitivePlanner:
             ``reference`` expands the nodes that commonroad-search expands.
         primitives: The set to use; None generates the one of the scenario's road type, and
             primitives that lead onto its grid where the start speed lies off it.
-        node_limit: Most nodes to expand.
+        node_limit: Most nodes to expand; the memory's end (`Reason.MEMORY`) is a limit, too.
         time_limit: Most seconds to search.
         keep_tree: Return the nodes with every plan, for pictures.
 
@@ -188,6 +190,8 @@ class MotionPrimitivePlanner:
         if explain:
             steps, reason = why_nothing_was_found(status, scenario, believed, vehicle)
             occupied = steps * scenario.dt
+            if outcome == FULL:
+                reason = Reason.MEMORY
         return Plan(
             status,
             start_speed=problem.speed,
@@ -233,6 +237,10 @@ class MotionPrimitivePlanner:
         """Search in slices of about a millisecond, looking at the clock in between.
 
         The last slice is as long as the time that is left.
+
+        Returns:
+            FOUND, EXHAUSTED, PAUSED (at a limit) or FULL (no memory is left); the trajectory, the
+            nodes.
         """
         memory = _empty_memory(problem.reference)
         nodes, pace, paused = _FIRST_SLICE, _FIRST_SLICE / _SLICE, time.perf_counter()
@@ -247,7 +255,10 @@ class MotionPrimitivePlanner:
             if now - begun > self.time_limit or expanded >= self.node_limit:
                 return PAUSED, trajectory, memory.state
             if outcome == FULL:
-                memory = _more_memory(memory.state, problem.primitives.end_class)
+                try:
+                    memory = _more_memory(memory.state, problem.primitives.end_class)
+                except MemoryError:
+                    return FULL, trajectory, memory.state
             else:
                 pace = budget / (now - paused)
                 nodes = min(2 * nodes, max(1, int(pace * _SLICE)))
@@ -279,15 +290,35 @@ def _more_memory(state: SearchState, end_class: NDArray[np.int64]) -> _Memory:
     """`grown`, into what an earlier search of this thread left: new memory costs most of the time.
 
     Each size is kept apart, so that small searches have small memory to empty.
+
+    Raises:
+        MemoryError: There is none; what was there is as it was.
     """
     nodes, slots = 2 * len(state.key), 2 * len(state.table)
     if nodes > _MOST_KEPT:
-        return _memory_of(grown(state, end_class))
+        if 2 * sum(array.nbytes for array in state) > _most_bytes():
+            raise MemoryError
+        # Not in the kernel, which would keep a part of it where the rest cannot be had.
+        more = new_state(nodes, slots)
+        move(state, more, end_class)
+        return _memory_of(more)
     kept: dict[tuple[int, int], _Memory] = vars(_memories).setdefault("larger", {})
     if (nodes, slots) not in kept:
         kept[nodes, slots] = _memory_of(new_state(nodes, slots))
     move(state, kept[nodes, slots].state, end_class)
     return kept[nodes, slots]
+
+
+@cache
+def _most_bytes() -> float:
+    """For the nodes of a search: half of the machine's memory, where the system states it.
+
+    Systems hand out more than they have, and then end the process that uses it.
+    """
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2
+    except (AttributeError, OSError, ValueError):
+        return math.inf
 
 
 def _load_kernels(problem: Problem, asked: Any, world: CollisionWorld) -> None:

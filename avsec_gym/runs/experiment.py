@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.runs.renamed import first_place
+from avsec_gym.storage.portable_names import local, portable
 from avsec_gym.suggestions import unknown_name
 
 if TYPE_CHECKING:
@@ -92,7 +93,9 @@ class Cell:
             ConfigurationError: JSON cannot hold them.
         """
         try:
-            key = json.dumps(arguments, sort_keys=True, separators=(",", ":"), allow_nan=False)
+            key = json.dumps(
+                portable(arguments), sort_keys=True, separators=(",", ":"), allow_nan=False
+            )
         except (TypeError, ValueError) as error:
             raise ConfigurationError(
                 f"a cell of {work} has arguments that are no JSON: {error}"
@@ -102,7 +105,7 @@ class Cell:
     @property
     def arguments(self) -> dict[str, Any]:
         """What its work is called with."""
-        return dict(json.loads(self.key))
+        return dict(local(json.loads(self.key)))
 
     @property
     def id(self) -> str:

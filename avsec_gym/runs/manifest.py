@@ -17,6 +17,7 @@ from avsec_gym.runs.renamed import EXPERIMENTS, PARTS, with_new_names
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import check_fields, fitting_fields
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.portable_names import local, portable
 from avsec_gym.storage.regular_files import is_there
 
 MANIFEST = "manifest.json"
@@ -125,7 +126,7 @@ def read_manifest(root: Path) -> Manifest | None:
         raise DataError(
             f"This is no manifest of a run: {problem}.", path=path, remedy="Name another folder."
         )
-    return _with_new_names(manifest)
+    return _with_new_names(local(manifest))
 
 
 def _with_new_names(manifest: Manifest) -> Manifest:
@@ -180,7 +181,7 @@ def _times(sittings: Sequence[Sitting]) -> list[str]:
 
 def write_manifest(root: Path, manifest: Manifest) -> None:
     """Write it, over an earlier one."""
-    text = json.dumps(manifest, indent=1, allow_nan=False) + "\n"
+    text = json.dumps(portable(manifest), indent=1, allow_nan=False) + "\n"
     write_bytes(root / MANIFEST, text.encode(), overwrite=True)
 
 
@@ -256,7 +257,7 @@ def now() -> str:
 def _check_same(
     root: Path, there: Mapping[str, Any], asked: Mapping[str, Any], *names: str
 ) -> None:
-    for name, (old, new) in _both(there, asked).items():
+    for name, (old, new) in _both(portable(there), portable(asked)).items():
         if old != new and (name in names or not names):
             raise DataError(
                 f"The run here has {name} {json.dumps(old)}, asked is {json.dumps(new)}.",

@@ -107,13 +107,11 @@ def run_experiments(
             process, or cannot be written; or an input is missing.
     """
     # Brings half of the package with it, which a worker process has no use for.
-    from avsec_gym.storage.folder_lock import folder_lock
+    from avsec_gym.storage.folder_lock import locked_folder
 
     _check_arguments(experiments, workers, threads, backend)
     configuration = with_defaults(configuration, experiments)
-    root = Path(root)
-    make_folder(root)
-    with folder_lock(root), ExitStack() as stack:
+    with locked_folder(root) as root, ExitStack() as stack:
         _check_empty_or_run(root, besides)
         cluster = (
             stack.enter_context(ray_cluster(usable_cores())) if backend == Backend.RAY else None

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import os
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
@@ -20,7 +18,15 @@ from avsec_gym.runs.renamed import check_setting
 from avsec_gym.runs.renamed_rows import show_new_names
 from avsec_gym.runs.run import FIGURES, RESULTS
 from avsec_gym.runs.schema import VERSION
-from avsec_gym.runs.soundness import check_files, check_sound, no_sqlite_errors, schema_version
+from avsec_gym.runs.soundness import (
+    check_files,
+    check_sound,
+    checked_as_it_lies,
+    is_written,
+    no_sqlite_errors,
+    schema_version,
+    uri,
+)
 from avsec_gym.runs.stored_boxes import boxes_from_text
 from avsec_gym.storage.json_files import parse_json
 from avsec_gym.storage.regular_files import is_there
@@ -55,8 +61,9 @@ class RunFolder:
             raise DataError("There is no run here.", path=path, remedy=_REMEDY)
         run = cls(path, manifest)
         check_files(path / RESULTS)
-        with run._database() as database:
-            check_sound(database, path / RESULTS)
+        if checked_as_it_lies(path / RESULTS) is None:
+            with run._database() as database:
+                check_sound(database, path / RESULTS)
         return run
 
     @property
@@ -196,22 +203,24 @@ class RunFolder:
 
     @contextmanager
     def _database(self) -> Iterator[sqlite3.Connection]:
-        # By bytes: under a POSIX locale, a name that is no ASCII is no text.
-        place = f"file:{quote(os.fsencode((self.path / RESULTS).resolve()))}"
-        reading = no_sqlite_errors(self.path / RESULTS, "read")
-        with reading, closing(_connected(place)) as database:
+        results = self.path / RESULTS
+        with no_sqlite_errors(results, "read"), closing(_connected(results)) as database:
             yield database
 
 
-def _connected(place: str) -> sqlite3.Connection:
+def _connected(path: Path) -> sqlite3.Connection:
     """For reading.
+
+    A log with something in it is left as it is.  Else the connection is one that may write, though
+    nothing is written: only such a one takes SQLite's files beside the database away again.
 
     In a folder that may not be written, SQLite cannot coordinate with a writer, and there is none.
     """
-    database = sqlite3.connect(f"{place}?mode=ro", uri=True)
+    mode = "ro" if is_written(path) else "rw"
+    database = sqlite3.connect(f"{uri(path)}?mode={mode}", uri=True)
     try:
         database.execute("PRAGMA user_version")
     except sqlite3.OperationalError:
         database.close()
-        database = sqlite3.connect(f"{place}?immutable=1", uri=True)
+        database = sqlite3.connect(f"{uri(path)}?immutable=1", uri=True)
     return database

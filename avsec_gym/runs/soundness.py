@@ -7,6 +7,7 @@ cells; they are counted up again here.
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections import defaultdict, deque
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from contextlib import closing, contextmanager
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
+from urllib.parse import quote
 
 from avsec_gym.errors import DataError
 from avsec_gym.runs.schema import ADDED, SCHEMA, VERSION, VERSIONS, schema
@@ -115,6 +117,45 @@ def check_sound(database: sqlite3.Connection, path: Path) -> int:
     return version
 
 
+def checked_as_it_lies(path: Path) -> int | None:
+    """Check a database without opening it as one that others may write: nothing is left beside it.
+
+    Args:
+        path: The path of the file.
+
+    Returns:
+        The version of its schema; None where a run writes to it, or was killed meanwhile, so that
+        there is a log to be read with it, as SQLite does when it opens both.
+
+    Raises:
+        DataError: As of `check_sound`.
+    """
+    if is_written(path):
+        return None
+    place = f"{uri(path)}?immutable=1"
+    try:
+        with no_sqlite_errors(path, "read"), closing(sqlite3.connect(place, uri=True)) as database:
+            return check_sound(database, path)
+    except DataError:
+        if is_written(path):  # A run has begun to write while it was looked at.
+            return None
+        raise
+
+
+def is_written(path: Path) -> bool:
+    """Whether a run is writing a database, or has been killed meanwhile: its log is not empty."""
+    log = path.with_name(f"{path.name}-wal")
+    return is_there(log) and check_regular(log, most=MAX_RESULTS_BYTES) > 0
+
+
+def uri(path: Path) -> str:
+    """What SQLite names a database by.
+
+    By bytes: under a POSIX locale, a name that is no ASCII is no text.
+    """
+    return f"file:{quote(os.fsencode(path.resolve()))}"
+
+
 def check_not_empty(database: sqlite3.Connection, path: Path) -> None:
     """Check that a run's database holds any table.
 
@@ -122,11 +163,16 @@ def check_not_empty(database: sqlite3.Connection, path: Path) -> None:
         DataError: It holds none, as a file of 0 bytes.
     """
     if database.execute("SELECT 1 FROM sqlite_master").fetchone() is None:
-        raise DataError(
-            "The results of this run are gone: the file is missing or empty.",
-            path=path,
-            remedy="Put a copy back; or name another folder to run it again.",
-        )
+        raise gone(path)
+
+
+def gone(path: Path) -> DataError:
+    """The error where a run has lost its results."""
+    return DataError(
+        "The results of this run are gone: the file is missing or empty.",
+        path=path,
+        remedy="Put a copy back; or name another folder to run it again.",
+    )
 
 
 def schema_version(database: sqlite3.Connection) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
@@ -16,18 +17,21 @@ from avsec_gym.runs.experiment import Cell
 from avsec_gym.runs.renamed_rows import rename_rows
 from avsec_gym.runs.schema import ADDED, DIGESTS, NEEDS_DIGEST, VERSION, schema
 from avsec_gym.runs.soundness import (
+    MAX_RESULTS_BYTES,
     as_text,
     check_files,
     check_not_empty,
     check_sound,
+    checked_as_it_lies,
     digests,
+    gone,
     needs_digest,
     no_sqlite_errors,
     row_digest,
     schema_version,
     stored_columns,
 )
-from avsec_gym.storage.regular_files import is_there
+from avsec_gym.storage.regular_files import check_regular, is_there
 
 _BAD_ROWS = (sqlite3.IntegrityError, sqlite3.InterfaceError, sqlite3.ProgrammingError)
 _REMEDY = "Name another folder with --out, or remove this one."
@@ -43,25 +47,28 @@ class ResultStore:
 
     Raises:
         DataError: It is not one of a run, is damaged, or cannot be written; or the run has begun
-            and there are none.
+            and there are none, or a link leads to none.
     """
 
     def __init__(self, path: Path, *, begun: bool = False) -> None:
         self._path = path
-        new = not is_there(path)
-        if not new:
+        version = None
+        if is_there(path):
             check_files(path)
+            if check_regular(path, most=MAX_RESULTS_BYTES):
+                version = checked_as_it_lies(path)
+        elif begun or os.path.islink(path):  # Nothing is made where they are to be put back.
+            raise gone(path)
         with no_sqlite_errors(path, "opened"):
             self._database = sqlite3.connect(path)
         try:
-            self._open(begun)
+            self._open(begun, version)
         except DataError:
             self._database.close()
-            if new and begun:
-                path.unlink(missing_ok=True)
             raise
 
-    def _open(self, begun: bool) -> None:
+    def _open(self, begun: bool, version: int | None) -> None:
+        """Go on with the database, or begin it; the version is None where it is to be checked."""
         with no_sqlite_errors(self._path, "opened"):
             if schema_version(self._database) == 0:
                 if begun:
@@ -75,7 +82,8 @@ class ResultStore:
                 self._note_needs()
                 self._database.execute(f"PRAGMA user_version = {VERSION}")
                 self._database.commit()
-            version = check_sound(self._database, self._path)
+            if version is None:
+                version = check_sound(self._database, self._path)
             self._database.execute("PRAGMA journal_mode = WAL")
             # A killed process loses nothing; a power failure perhaps the last cells.
             self._database.execute("PRAGMA synchronous = NORMAL")
@@ -230,7 +238,7 @@ def has_results(path: Path, *, begun: bool = False) -> bool:
     Raises:
         DataError: As of `ResultStore`.
     """
-    if not (begun or is_there(path)):
+    if not (begun or os.path.lexists(path)):
         return False
     with closing(ResultStore(path, begun=begun)) as store:
         return bool(store.statuses())

@@ -7,7 +7,7 @@ import secrets
 from pathlib import Path
 
 from avsec_gym.errors import DataError
-from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.folders import make_folder, named
 from avsec_gym.storage.regular_files import is_folder, is_there
 
 
@@ -15,9 +15,10 @@ def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) ->
     """Write a file whole or not at all; folders above it are made where they lack.
 
     Raises:
-        DataError: The file exists and `overwrite` is false, or the place cannot be written.
+        DataError: The path is empty, the file exists and `overwrite` is false, or the place cannot
+            be written.
     """
-    path = Path(path)
+    path = named(path)
     if "\0" in str(path):
         raise DataError("No file can have this name.", path=path, remedy="Check the path.")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")

@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from avsec_gym.errors import DataError
+from avsec_gym.storage.folders import made_folder
 
 _LOG = logging.getLogger(__name__)
 _HELD: set[int] = set()
@@ -58,6 +59,19 @@ def folder_lock(folder: Path, *, wait: bool = False, what: str = "a folder") -> 
             with suppress(OSError):
                 fcntl.flock(handle, fcntl.LOCK_UN)
             os.close(handle)
+
+
+@contextmanager
+def locked_folder(folder: str | Path) -> Iterator[Path]:
+    """A folder that this process alone writes, made where it lacks.
+
+    It goes again where nothing comes of it, see `made_folder`.
+
+    Raises:
+        DataError: Another process is writing there, or it cannot be made.
+    """
+    with made_folder(folder) as made, folder_lock(made):
+        yield made
 
 
 def _let_go() -> None:

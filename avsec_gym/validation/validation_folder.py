@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
@@ -14,6 +14,7 @@ from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.sensor_system import Sensor, Triple
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.json_lines import JsonLines
+from avsec_gym.storage.portable_names import portable
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.validation.evidence.disparity_error import MEASURES
@@ -90,7 +91,7 @@ class ValidationFolder:
                 path=out,
                 remedy=_AWAY,
             )
-        text = json.dumps({"rows": FORMAT, **record}, indent=1) + "\n"
+        text = json.dumps(portable({"rows": FORMAT, **record}), indent=1) + "\n"
         write_text(out / RECORD, text, overwrite=True)
         self._lines = JsonLines(out / ROWS, kind)
         if kind is FrameRow:
@@ -143,15 +144,26 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
         return []
     there = {}
     if is_there(out / RECORD):
-        there = read_json_object(out / RECORD, remedy=_AWAY)
+        there = portable(read_json_object(out / RECORD, remedy=_AWAY))
     if not there:
         return [f"there is no {RECORD} that states whose they are"]
-    asked = json.loads(json.dumps({"rows": FORMAT, **record}))
+    asked = json.loads(json.dumps(portable({"rows": FORMAT, **record})))
     return [
         f"{name} {there.get(name)}, not {asked.get(name)}"
         for name in {**asked, **there}
         if there.get(name) != asked.get(name)
     ]
+
+
+def usual_folder(usual: Path, record: Mapping[str, Any]) -> Path:
+    """The first of ``NAME``, ``NAME_2`` and so on that holds no results of something else.
+
+    Args:
+        usual: The first of them.
+        record: See `ValidationFolder`.
+    """
+    places = (usual.with_name(f"{usual.name}_{number}") for number in count(2))
+    return next(out for out in chain([usual], places) if not differences(out, record))
 
 
 def row_of(

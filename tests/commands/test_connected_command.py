@@ -16,6 +16,7 @@ from avsec_gym.drawing.connected_picture import draw_connected
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.sensor_files import write_points
 from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.sources import connected_source
 from avsec_gym.validation.connected.validator import ConnectedValidator
@@ -142,6 +143,19 @@ def test_what_cannot_be_is_refused_in_words(
     monkeypatch.chdir(tmp_path)
     assert run(["connected", *arguments]) == code
     assert words in capsys.readouterr().err
+
+
+def test_a_folder_that_another_process_writes_is_left_to_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("yaml")
+    write_sample(tmp_path / "data")
+    out = tmp_path / "out"
+    out.mkdir()
+    with folder_lock(out):
+        assert run(["connected", "--data", str(tmp_path / "data"), "--out", str(out)]) == 1
+    assert f"{out}: Another process is writing here" in capsys.readouterr().err
+    assert not list(out.iterdir())
 
 
 def test_registration_is_for_raw_drives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+import numpy as np
 import pytest
 import tyro
 
@@ -15,12 +16,16 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import COMMANDS, CommandGroup, every_command, run
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.commands.arguments import Option, options
+from avsec_gym.kitti.calibration import write_calibration
 from avsec_gym.kitti.labels import write_detections
+from avsec_gym.kitti.sensor_files import write_image
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.registry import Kind, names
+from avsec_gym.rig import kitti_rig
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import write_commonroad
+from avsec_gym.storage.folder_lock import folder_lock
 
 EVERY = every_command()
 GROUPS = [name for name, found in COMMANDS.items() if isinstance(found, CommandGroup)]
@@ -45,10 +50,16 @@ def there(tmp_path: Path) -> dict[str, object]:
     problem = build_planning_scenario(Boxes3D.empty(), road_type=RoadType.STREET, id="free")
     write_commonroad(problem, tmp_path / "free.xml")
     write_error_model(tmp_path / "errors.json", ErrorModel())
+    whole = tmp_path / "whole" / "training"
+    write_detections(whole / "label_2" / "000001.txt", Boxes3D.empty())
+    write_calibration(whole / "calib" / "000001.txt", kitti_rig().calibration)
+    for camera in (2, 3):
+        write_image(whole / f"image_{camera}" / "000001.png", np.zeros((375, 1242, 3), np.uint8))
     return {
         "model": tmp_path / "errors.json",
         "labels": labels,
         "kitti": tmp_path / "labels",
+        "whole": tmp_path / "whole",
         "out": tmp_path / "out",
         "problem": tmp_path / "free.xml",
         "weights": shipped_weights("pixor_small"),
@@ -289,7 +300,7 @@ PLACES: dict[str, dict[str, str]] = {
     },
     "connected": {"--data": "", "--constants": "", "--model": "--method learned"},
     "experiments": {"--scenarios": "unattacked"},
-    "run": {"--scenarios": "unattacked --out {out}"},
+    "run": {"--scenarios": "unattacked"},
     "report": {"": ""},
     "benchmark board": {"": ""},
     "benchmark detector": {
@@ -377,7 +388,9 @@ def test_a_place_that_is_not_there_has_one_exit_code(
     words = PLACES[command][option].format(**there).split()
     named = "{missing}" in PLACES[command][option]
     place = [] if named else [option, missing] if option else [missing]
+    before = sorted(tmp_path.rglob("*"))
     assert ends([*command.split(), *words, *place]) == 1
+    assert sorted(tmp_path.rglob("*")) == before, "nothing is made, not even a folder"
     output = capsys.readouterr()
     (line,) = output.err.splitlines()
     assert line.startswith("avsec: ")
@@ -385,6 +398,91 @@ def test_a_place_that_is_not_there_has_one_exit_code(
     # What is wrong with a path is its first fault: not what lacks beside it or in it.
     none = r"There (is no (such (file|folder)|run here)|are no weights here)"
     assert re.search(f"{none}|No file can have a name as long as this", line)
+
+
+def places(command: Any) -> list[str]:
+    """The flags of a command's paths; ``""`` for those without one."""
+    flags = {option.flag for option in options(command)}
+    hints = get_type_hints(command)
+    names = [field.name for field in fields(command) if "Path" in str(hints[field.name])]
+    asked = [f"--{name.replace('_', '-')}" for name in names]
+    return [flag if flag in flags else "" for flag in asked]
+
+
+@pytest.mark.parametrize(
+    ("command", "option"), [(name, flag) for name in EVERY for flag in places(EVERY[name])]
+)
+@pytest.mark.parametrize("bad", ["", "a\0b"], ids=["empty", "NUL"])
+def test_a_path_that_cannot_be_one_is_refused(
+    command: str,
+    option: str,
+    bad: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """An empty one would mean the folder that one is in."""
+    monkeypatch.chdir(tmp_path)
+    own = [[bad]] if not option else [[option, bad], [f"{option}={bad}"]]
+    for words in own:
+        given = [*command.split(), *required(EVERY[command])] if option else command.split()
+        assert ends([*given, *words]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"avsec: avsec {command} {option}".rstrip() + ": a path or value ")
+    assert not list(tmp_path.iterdir())
+
+
+LOCKED = {
+    "evaluate": "--scenarios {labels}",
+    "detect": "--detector oracle --kitti {kitti} --ids 000001",
+    "attack patch": "--detector oracle --kitti {whole} --split all",
+    "run": "unattacked --scenarios layouts",
+    "drive": "--limit 1",
+    "world make": "--suite mixed --frames 1",
+    "world twin": "--kitti {whole}",
+    "train": "pixor --data {kitti}",
+    "agents train": "GhostObject-v1",
+    "benchmark frames": "--quick",
+}
+"""By command that writes into a folder over time, what else makes a whole command."""
+LOCKED_ELSEWHERE = {
+    "validate": "tests/commands/test_validate_command.py",
+    "connected": "tests/commands/test_connected_command.py",
+    "demo": "it is a run",
+    "benchmark detector": "it is a run",
+    "benchmark attack": "it is a run",
+    "benchmark validator": "it is a run",
+    "benchmark planner": "it is a run",
+}
+WRITTEN_AT_ONCE = {
+    "report", "draw", "hub export", "hub import", "weights import", "ap",
+    "benchmark board", "error-model fit", "world sheet", "world show",
+}  # fmt: skip
+"""Whose files come in the end, each whole or not at all, and over no other."""
+
+
+def test_every_folder_that_is_written_over_time_is_looked_at() -> None:
+    writes = {name for name, command in EVERY.items() if "out" in get_type_hints(command)}
+    assert writes == {*LOCKED, *LOCKED_ELSEWHERE} | WRITTEN_AT_ONCE
+
+
+@pytest.mark.parametrize("command", LOCKED)
+def test_a_folder_that_another_process_writes_is_left_to_it(
+    command: str,
+    there: dict[str, object],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    out = tmp_path / "out"
+    out.mkdir()
+    with folder_lock(out):  # Held by this very process: locks do not ask whose they are.
+        words = LOCKED[command].format(**there).split()
+        assert ends([*command.split(), *words, "--out", str(out)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"avsec: {out}: Another process is writing here.")
+    assert not list(out.iterdir())
 
 
 ABSURD = 10**12

@@ -18,6 +18,7 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.registry import make
 from avsec_gym.rig import camera_rig
+from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.validation import fitting
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
@@ -101,6 +102,15 @@ def test_it_goes_on_where_it_was_stopped(validated: Lines, tmp_path: Path) -> No
     assert [row | untimed for row in again[:-1]] == [row | untimed for row in whole[:-1]]
     assert (out / "frames.jsonl").read_text().splitlines(keepends=True)[:3] == rows[:3]
     validated("--out", str(out), "--clean", "0.5", code=1)
+
+
+def test_a_folder_that_another_process_writes_is_left_to_it(
+    day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with folder_lock(tmp_path):
+        assert run(["validate", "--kitti-raw", str(day), "--out", str(tmp_path)]) == 1
+    assert f"{tmp_path}: Another process is writing here" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_thresholds_of_an_earlier_run_and_an_attack(validated: Lines, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,11 +12,12 @@ import numpy as np
 import pytest
 import shapely
 
+from avsec_gym.planners import planner as planner_module
 from avsec_gym.planners.plan import Reason, Status
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.planners.search import advance
-from avsec_gym.planners.search_state import EXPANDED
+from avsec_gym.planners.search_state import EXPANDED, SearchState
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
@@ -357,6 +359,40 @@ def endless() -> PlanningScenario:
 def expanded_in(memory: Any) -> Any:
     """Nodes that were expanded in the memory behind a handle."""
     return memory.content.counters[EXPANDED]
+
+
+def no_memory(nodes: int, table: int) -> SearchState:
+    raise MemoryError
+
+
+@pytest.mark.parametrize(
+    ("name", "without"), [("new_state", no_memory), ("_most_bytes", lambda: 2**20)]
+)
+@pytest.mark.parametrize("algorithm", ["astar", "gbfs"])
+def test_a_search_that_finds_no_more_memory_is_at_a_limit(
+    monkeypatch: pytest.MonkeyPatch, name: str, without: Callable[..., Any], algorithm: str
+) -> None:
+    """Whether the system has none, or more would be too large a part of the machine's."""
+    planner = MotionPrimitivePlanner(algorithm, "reference", node_limit=10**8, time_limit=math.inf)
+    # Where every search of this thread begins is made by the first.
+    MotionPrimitivePlanner(algorithm, "reference", node_limit=1).plan(endless())
+    with monkeypatch.context() as patch:
+        patch.setattr(planner_module, "_MOST_KEPT", 2**12)
+        patch.setattr(planner_module, name, without)
+        plan = planner.plan(endless())
+    assert (plan.status, plan.reason) == (Status.LIMIT, Reason.MEMORY)
+    assert plan.trajectory is None
+    assert 0 < plan.expanded < 2**13
+    assert f"memory was at its end after {plan.expanded} nodes" in plan.explanation
+    # What was there is as it was.
+    again = MotionPrimitivePlanner(algorithm, "reference", node_limit=plan.expanded).plan(endless())
+    assert (again.reason, again.expanded) == (Reason.LIMIT, plan.expanded)
+
+
+def test_a_search_takes_no_more_than_half_of_the_machine_s_memory() -> None:
+    with open("/proc/meminfo") as facts:
+        total = 1024 * int(facts.readline().split()[1])
+    assert planner_module._most_bytes() == pytest.approx(total / 2, rel=0.01)
 
 
 def test_time_limit() -> None:

@@ -15,8 +15,14 @@ from avsec_gym.errors import DataError
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
-from avsec_gym.runs.experiment import Configuration
-from avsec_gym.runs.manifest import read_manifest
+from avsec_gym.runs.experiment import Cell, Configuration
+from avsec_gym.runs.manifest import (
+    MANIFEST,
+    check_same_question,
+    new_manifest,
+    read_manifest,
+    write_manifest,
+)
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.storage.text_files import write_text
@@ -99,3 +105,27 @@ def test_a_changed_manifest_is_reported_or_refused(root: Path, tmp_path: Path) -
                 write_text(tmp_path / "page.html", html_page(report), overwrite=True)
                 write_text(tmp_path / "page.md", markdown_page(report), overwrite=True)
                 reported = True
+
+
+def test_names_are_those_of_every_locale(tmp_path: Path) -> None:
+    """Begun where the locale knows ASCII alone, read where it is UTF-8, and the other way round."""
+    name = "größe"
+    kept = name.encode().decode("ascii", "surrogateescape")
+    manifest = new_manifest([], Configuration(kept, options={"weights": kept}), 1)
+    manifest["experiments"] = {"unattacked": {"question": "", "thesis": ""}}
+    write_manifest(tmp_path, manifest)
+    written = json.loads((tmp_path / MANIFEST).read_text())["configuration"]
+    assert (written["scenarios"], written["options"]["weights"]) == (name, name)
+    # Also of a release that kept what Python had.
+    for text in (json.dumps(manifest), json.dumps(written)):
+        there = manifest | {"configuration": json.loads(text).get("configuration", written)}
+        (tmp_path / MANIFEST).write_text(json.dumps(there))
+        found = read_manifest(tmp_path)
+        assert found is not None
+        assert found["configuration"]["scenarios"] == name
+        for scenarios in (name, kept):
+            asked = Configuration(scenarios, options={"weights": scenarios})
+            check_same_question(tmp_path, found, asked, 1)
+    cells = [Cell.of("here:Work", weights=text) for text in (name, kept)]
+    assert cells[0].id == cells[1].id
+    assert cells[0].arguments == {"weights": name}

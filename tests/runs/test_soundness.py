@@ -7,13 +7,14 @@ import random
 import shutil
 import sqlite3
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from avsec_gym.errors import DataError
+from avsec_gym.runs import run_folder
 from avsec_gym.runs.cell_worker import Done
 from avsec_gym.runs.experiment import Cell, CellResult, Measurement
 from avsec_gym.runs.rows import rows_of
@@ -202,6 +203,56 @@ def test_results_of_a_run_that_has_begun_have_to_be_there(
             check_sound(database, path)
     assert path.exists() == (content is not None)
     assert not has_results(path)
+
+
+@pytest.mark.parametrize("begun", [True, False])
+def test_a_link_that_leads_nowhere_is_left_as_it_is(tmp_path: Path, begun: bool) -> None:
+    """Such as one to a disk that is not mounted."""
+    path = tmp_path / RESULTS
+    path.symlink_to(tmp_path / "absent" / "kept.sqlite")
+    (tmp_path / "near.sqlite").symlink_to(tmp_path / "kept.sqlite")
+    for place in (path, tmp_path / "near.sqlite"):
+        for opening in (has_results, ResultStore):
+            with pytest.raises(DataError, match="are gone"):
+                opening(place, begun=begun)
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["near.sqlite", RESULTS]
+    assert path.is_symlink()
+
+
+def test_reading_leaves_no_files_beside_the_results(
+    sound: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected, refused = rows(sound), 0
+    content, randomness = sound.read_bytes(), random.Random(1)
+    monkeypatch.setattr(run_folder, "read_manifest", lambda _: {})
+    for number in range(60):
+        sound.write_bytes(content if number == 0 else mutated(bytearray(content), randomness))
+        written = sound.read_bytes()
+        try:
+            RunFolder.open(sound.parent)
+            assert rows(sound) == expected
+        except DataError:
+            refused += 1
+        with suppress(DataError):
+            ResultStore(sound, begun=True).close()
+        assert [path.name for path in sound.parent.iterdir()] == [RESULTS]
+        assert sound.read_bytes() == written
+    assert 20 < refused < 60
+
+
+def test_the_log_of_a_run_that_was_killed_is_read_and_left(sound: Path, tmp_path: Path) -> None:
+    killed = tmp_path / "killed" / RESULTS
+    killed.parent.mkdir()
+    with closing(ResultStore(sound)) as store:
+        store.add(Cell.of("here:Work", n=12), result(12))
+        for path in sound.parent.iterdir():  # What a killed process leaves.
+            shutil.copy(path, killed.parent / path.name)
+    before = killed.read_bytes()
+    log = killed.with_name(f"{RESULTS}-wal").read_bytes()
+    assert log
+    assert len(RunFolder(killed.parent, {}).cells()) == 13
+    assert killed.read_bytes() == before
+    assert killed.with_name(f"{RESULTS}-wal").read_bytes() == log
 
 
 def fill(path: Path) -> None:

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from torch.nn import Linear
 
+from avsec_gym.agents.yaml_files import write_yaml
 from avsec_gym.attacks.object_scan import read_object_scan
-from avsec_gym.attacks.patch_files import load_patch
+from avsec_gym.attacks.patch_files import Patch, load_patch, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.drawing import scenario_picture
@@ -32,18 +34,25 @@ from avsec_gym.kitti import (
     tracking,
     tracklets,
 )
+from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.published import published_state
+from avsec_gym.perception.weights.store import save_weights, write_card
 from avsec_gym.perception.weights.torch_files import read_torch_file
 from avsec_gym.planners.primitive_files import read_primitives, write_primitives
 from avsec_gym.planners.primitives import generate_primitives
 from avsec_gym.road_type import RoadType
+from avsec_gym.runs.catalogue import experiment
+from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
 from avsec_gym.scenario.commonroad_scenes import commonroad_folder
 from avsec_gym.scenario.scene_sets import label_folder, labelled_scenarios
 from avsec_gym.validation.thresholds import read_threshold_table
-from avsec_gym.world.export import changed_files
+from avsec_gym.world.export import changed_files, make_data_set, suite_recipe
+from avsec_gym.world.textures import library
+from tests.full_disk import largest_file
 
 READERS: dict[str, Callable[[Path], Any]] = {
     "labels": labels.read_labels,
@@ -95,15 +104,25 @@ def drawn(path: Path) -> None:
     scenario_picture.save_picture(Figure(), path)
 
 
+CAR = Boxes3D(
+    np.array([[0.0, 1.6, 20.0]]),
+    np.array([[1.5, 1.6, 4.0]]),
+    np.zeros(1),
+    np.ones(1),
+    np.array(["Car"]),
+    np.array([[500.0, 100.0, 600.0, 200.0]]),
+)
 NO_OBJECTS, BLACK = Boxes3D.empty(), np.zeros((8, 8, 3), np.uint8)
 WRITERS: dict[str, Callable[[Path], Any]] = {
-    "labels": lambda path: labels.write_labels(path, NO_OBJECTS),
-    "detections": lambda path: labels.write_detections(path, NO_OBJECTS),
+    "labels": lambda path: labels.write_labels(path, CAR),
+    "detections": lambda path: labels.write_detections(path, CAR),
     "image": lambda path: sensor_files.write_image(path, BLACK),
     "scan": lambda path: sensor_files.write_points(path, np.zeros((1, 4), np.float32)),
     "disparity": lambda path: map_files.write_disparity(path, np.ones((8, 8), np.float32)),
     "mask": lambda path: map_files.write_mask(path, np.ones((8, 8), np.uint8)),
-    "tracking": lambda path: tracking.write_tracking_labels(path, {}),
+    "tracking": lambda path: tracking.write_tracking_labels(
+        path, {0: tracking.TrackedBoxes(CAR, np.array([1]))}
+    ),
     "error model": lambda path: write_error_model(path, ErrorModel()),
     "scenario": lambda path: write_commonroad(PROBLEM, path),
     "primitives": lambda path: write_primitives(generate_primitives((6.0,)), path),
@@ -128,6 +147,55 @@ def test_a_place_that_cannot_be_written_is_a_clear_error(
     # Nothing half written stays, and nothing is lost.
     assert {path.name for path in tmp_path.iterdir()} == {"file", "folder.png", "there.png"}
     assert (tmp_path / "there.png").read_text() == "mine"
+
+
+FURTHER: dict[str, Callable[[Path], Any]] = {
+    "patch": lambda path: save_patch(path, Patch.grey(3)),
+    "weights": lambda path: save_weights(path, Linear(1, 1), ModelCard("dsgn")),
+    "card of weights": lambda path: write_card(path, ModelCard("dsgn")),
+    "yaml": lambda path: write_yaml(path, {}),
+}
+"""Writers of several files, or over what is there."""
+FOLDERS: dict[str, Callable[[str], Any]] = {
+    "data set": lambda path: make_data_set(suite_recipe("mixed", frames=1), path),
+    "run": lambda path: run_experiments([experiment("unattacked")], Configuration("mixed"), path),
+}
+"""Writers of folders, for which ``.`` is one."""
+
+
+@pytest.mark.parametrize("path", ["", ".", "/"])
+@pytest.mark.parametrize("writer", [*WRITERS.values(), *FURTHER.values()], ids=[*WRITERS, *FURTHER])
+def test_an_empty_path_is_a_clear_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, writer: Callable[[Any], Any], path: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(DataError, match=r"path is empty|where a file is to be written"):
+        writer(path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("writer", FOLDERS.values(), ids=FOLDERS.keys())
+def test_an_empty_path_is_not_the_folder_that_one_is_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, writer: Callable[[str], Any]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(DataError, match="path is empty"):
+        writer("")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS.keys())
+def test_a_full_disk_is_a_clear_error(tmp_path: Path, writer: Callable[[Path], Any]) -> None:
+    """Errors of the system while a file is written name none."""
+    with largest_file(0), pytest.raises(DataError, match=r"cannot be written.*free space"):
+        writer(tmp_path / "new.png")
+    assert not list(tmp_path.iterdir())
+
+
+def test_textures_without_room_are_named(tmp_path: Path) -> None:
+    with largest_file(0), pytest.raises(DataError, match=r"textures\.npy.*cannot be written"):
+        library._save(tmp_path / "textures.npy", lambda file: np.save(file, BLACK))
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS.keys())

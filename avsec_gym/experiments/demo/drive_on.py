@@ -28,6 +28,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.progress import Progress, no_progress
 from avsec_gym.runs.section import Section
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.shipped import shipped_file
 
@@ -81,13 +82,16 @@ def drive_on(
         "scenarios": scenarios,
         "settings": {setting.name: setting.record for setting in SETTINGS},
     }
-    folder = DriveFolder(out, record)
-    if len(folder.rows) == len(SETTINGS):
-        return
-    known = {row["scenario"] for row in folder.rows.values()}
-    scene = known.pop() if known else TELLING.get(seed) or contested_drive(scenarios)
-    tasks = [DriveTask(setting.name, scene, _STRAIGHT, seed) for setting in SETTINGS]
-    make_drives(tasks, SETTINGS, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress)
+    with locked_folder(out):
+        folder = DriveFolder(out, record)
+        if len(folder.rows) == len(SETTINGS):
+            return
+        known = {row["scenario"] for row in folder.rows.values()}
+        scene = known.pop() if known else TELLING.get(seed) or contested_drive(scenarios)
+        tasks = [DriveTask(setting.name, scene, _STRAIGHT, seed) for setting in SETTINGS]
+        make_drives(
+            tasks, SETTINGS, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress
+        )
 
 
 def contested_drive(scenarios: dict[str, Any]) -> str:

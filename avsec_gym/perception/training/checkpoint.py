@@ -18,6 +18,7 @@ from avsec_gym.perception.weights.torch_files import read_torch_file
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.inert_pickle import unknown_parts
 from avsec_gym.storage.json_files import parse_json
+from avsec_gym.storage.portable_names import portable
 from avsec_gym.storage.regular_files import is_there
 
 CHECKPOINT = "checkpoint.pt"
@@ -91,6 +92,7 @@ def start_or_resume(folder: Path, identity: dict[str, Any], *, resume: bool) -> 
         DataError: The folder holds a training and `resume` is false; or its checkpoint is damaged,
             or belongs to another training, whose first difference is named.
     """
+    identity = portable(identity)
     if resume:
         return _last(folder, identity) or Checkpoint(identity)
     if is_there(folder / CURVES):
@@ -221,7 +223,7 @@ def _last(folder: Path, identity: dict[str, Any]) -> Checkpoint | None:
     checkpoint = Checkpoint(**content)
     if problem := _problem(checkpoint):
         raise DataError(f"The checkpoint's {problem}.", path=path, remedy=_DAMAGED)
-    if difference := _difference(checkpoint.identity, identity):
+    if difference := _difference(portable(checkpoint.identity), identity):
         raise DataError(
             f"The run here was begun with {difference}.", path=folder, remedy=_OTHER_RUN
         )

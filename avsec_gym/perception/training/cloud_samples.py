@@ -31,7 +31,9 @@ from avsec_gym.perception.training.prepared_once import fingerprint, whole_folde
 from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
 from avsec_gym.progress import Progress
 from avsec_gym.storage.json_files import read_json
+from avsec_gym.storage.npy_rows import NewFile, npy_header
 from avsec_gym.storage.npz_files import map_npy
+from avsec_gym.storage.text_files import write_text
 
 MARGIN = 12.5
 """Metres around the region that are kept, for scans to be turned and scaled."""
@@ -43,6 +45,7 @@ _ALIKE = {"Car": ("Van",)}
 """Classes that KITTI's metric pardons when they are taken for another."""
 _AGAIN = "Remove the folder; it is made anew."
 _FACTS, _POINTS = "scans.json", "points.npy"
+_STORED = np.dtype("<i2")
 _THREADS = 2
 
 
@@ -179,23 +182,24 @@ def _write(
         return cloud_sample(place.frame(), place.labels(), category, region)
 
     # First a plain file, since the number of points is known at the end only.
-    with ThreadPoolExecutor(_THREADS) as threads, raw.open("wb") as file:
-        for done, cloud in enumerate(threads.map(sample, places), start=1):
-            file.write(np.round(cloud.points * _STEPS).clip(-32768, 32767).astype("<i2").tobytes())
-            facts.append(
-                {
-                    "points": len(cloud.points),
-                    "rectangles": cloud.rectangles.tolist(),
-                    "ignored": cloud.ignored.tolist(),
-                    "azimuths": cloud.azimuths,
-                }
-            )
-            if on_progress is not None:
-                on_progress(done, len(places))
-    count = sum(fact["points"] for fact in facts)
-    stored = np.lib.format.open_memmap(folder / _POINTS, "w+", dtype="<i2", shape=(count, 4))
-    if count:
-        stored[:] = np.memmap(raw, "<i2", "r", shape=(count, 4))
-    stored.flush()
+    with NewFile(raw) as numbers:
+        with ThreadPoolExecutor(_THREADS) as threads:
+            for done, cloud in enumerate(threads.map(sample, places), start=1):
+                kept = np.round(cloud.points * _STEPS).clip(-32768, 32767).astype(_STORED)
+                numbers.write(kept.tobytes())
+                facts.append(
+                    {
+                        "points": len(cloud.points),
+                        "rectangles": cloud.rectangles.tolist(),
+                        "ignored": cloud.ignored.tolist(),
+                        "azimuths": cloud.azimuths,
+                    }
+                )
+                if on_progress is not None:
+                    on_progress(done, len(places))
+        count = sum(fact["points"] for fact in facts)
+        with NewFile(folder / _POINTS) as array:
+            array.write(npy_header(_STORED, (count, 4)))
+            numbers.copy_to(array)
     raw.unlink()
-    (folder / _FACTS).write_text(json.dumps(facts))
+    write_text(folder / _FACTS, json.dumps(facts))

@@ -15,6 +15,7 @@ from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import fits
 from avsec_gym.storage.json_files import parse_json
 from avsec_gym.storage.regular_files import append_line, is_there, read_text
+from avsec_gym.storage.write_errors import naming
 
 CURVES, PICTURE, TENSORBOARD = "curves.jsonl", "curves.png", "tensorboard"
 """Names in the folder of a run."""
@@ -52,9 +53,10 @@ class Curves:
         """
         append_line(self._path, _line({"step": step, **facts, kind: dict(values)}))
         if self._board is not None:
-            for name, value in values.items():
-                self._board.add_scalar(f"{kind}/{name}", value, step)
-            self._board.flush()
+            with naming(self._folder / TENSORBOARD):
+                for name, value in values.items():
+                    self._board.add_scalar(f"{kind}/{name}", value, step)
+                self._board.flush()
 
     def draw(self) -> None:
         """Draw all of them, unless that was done just now."""
@@ -67,7 +69,8 @@ class Curves:
         self._drawn = -math.inf
         self.draw()
         if self._board is not None:
-            self._board.close()
+            with naming(self._folder / TENSORBOARD):
+                self._board.close()
 
 
 def read_curves(folder: Path) -> list[dict[str, Any]]:
@@ -147,7 +150,8 @@ def _tensorboard(folder: Path, step: int) -> Any:
     except ImportError:
         _LOG.info("no TensorBoard files: they need the extra `train`")
         return None
-    return SummaryWriter(str(folder), purge_step=step + 1 if step else None)
+    with naming(folder):
+        return SummaryWriter(str(folder), purge_step=step + 1 if step else None)
 
 
 def _line(row: Mapping[str, Any]) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.folders import made_folder, make_folder
 
 
 def fingerprint(what: object, files: Iterable[Path]) -> str:
@@ -30,11 +30,12 @@ def fingerprint(what: object, files: Iterable[Path]) -> str:
 def whole_folder(folder: Path) -> Iterator[Path]:
     """A folder to write into, which takes this one's place if all goes well; else nothing stays."""
     partial = folder.with_name(f".{folder.name}.{os.getpid()}.part")
-    shutil.rmtree(partial, ignore_errors=True)
-    make_folder(partial)
-    try:
-        yield partial
-        shutil.rmtree(folder, ignore_errors=True)
-        partial.rename(folder)
-    finally:
+    with made_folder(folder.parent):
         shutil.rmtree(partial, ignore_errors=True)
+        try:
+            make_folder(partial)
+            yield partial
+            shutil.rmtree(folder, ignore_errors=True)
+            partial.rename(folder)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)

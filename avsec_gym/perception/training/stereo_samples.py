@@ -10,7 +10,7 @@ import json
 import os
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -39,7 +39,9 @@ from avsec_gym.perception.training.prepared_once import fingerprint, whole_folde
 from avsec_gym.perception.training.sample import Map, StereoSample
 from avsec_gym.progress import Progress
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.npy_rows import NpyRows
 from avsec_gym.storage.npz_files import map_npy
+from avsec_gym.storage.text_files import write_text
 from avsec_gym.worker_processes import AVAILABLE, each_in_processes
 
 _FORMAT = 1
@@ -143,24 +145,23 @@ def _write(
     folder: Path,
     on_progress: Progress | None,
 ) -> None:
-    arrays = {
-        name: np.lib.format.open_memmap(
-            folder / f"{name}.npy", "w+", dtype=kind, shape=(len(places), *size, *tail)
-        )
-        for name, (tail, kind) in _ARRAYS.items()
-    }
     sizes: list[tuple[int, int]] = [(0, 0)] * len(places)
     projections: list[list[Any]] = [[]] * len(places)
-    with closing(_all_reduced(places, size, folder)) as reduced:
+    with ExitStack() as stack:
+        arrays = {
+            name: stack.enter_context(
+                NpyRows(folder / f"{name}.npy", kind, (len(places), *size, *tail))
+            )
+            for name, (tail, kind) in _ARRAYS.items()
+        }
+        reduced = stack.enter_context(closing(_all_reduced(places, size, folder)))
         for number, (index, (values, camera_size, matrices)) in enumerate(reduced):
             for name, value in values.items():
                 arrays[name][index] = value
             sizes[index], projections[index] = camera_size, matrices.tolist()
             if on_progress is not None:
                 on_progress(number + 1, len(places))
-    for array in arrays.values():
-        array.flush()
-    (folder / _FACTS).write_text(json.dumps({"sizes": sizes, "projections": projections}))
+    write_text(folder / _FACTS, json.dumps({"sizes": sizes, "projections": projections}))
 
 
 def _all_reduced(

@@ -18,6 +18,7 @@ from avsec_gym.perception.weights.recorded import check_recorded
 from avsec_gym.perception.weights.state_dict import fit_state
 from avsec_gym.perception.weights.tensor_files import read_tensors
 from avsec_gym.storage.atomic_write import write_bytes
+from avsec_gym.storage.folders import named
 from avsec_gym.storage.json_fields import read_fields
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import write_text
@@ -55,7 +56,7 @@ def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> Model
 
 def write_card(path: str | Path, card: ModelCard) -> ModelCard:
     """Write a card beside a file of weights, over the one that is there."""
-    write_text(card_path(Path(path)), json.dumps(asdict(card), indent=1) + "\n", overwrite=True)
+    write_text(card_path(named(path)), json.dumps(asdict(card), indent=1) + "\n", overwrite=True)
     return card
 
 

@@ -11,7 +11,7 @@ import json
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from avsec_gym.scenario.planning_scenario import Goal, PlanningScenario
 from avsec_gym.scenario.road import Lanelet
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 from avsec_gym.storage.atomic_write import write_bytes
+from avsec_gym.storage.write_errors import naming
 
 _DECIMALS = 30
 """Enough for every double that is not denormally small."""
@@ -45,6 +46,7 @@ def write_commonroad(
     import_quietly()
     from commonroad.common.file_writer import CommonRoadFileWriter, OverwriteExistingFile
     from commonroad.scenario.scenario import Location, Tag
+    from lxml.etree import LxmlError  # type: ignore[import-untyped]
 
     notes: dict[str, Any] = {"id": scenario.id}
     if scenario.road_type:
@@ -55,7 +57,11 @@ def write_commonroad(
         notes["steering_angle"] = scenario.start.steering_angle
     document, problems = to_commonroad(scenario)
     highway = scenario.road_type == RoadType.HIGHWAY
-    with TemporaryDirectory(prefix="avsec-") as folder, warnings.catch_warnings():
+    with (
+        naming(Path(gettempdir()), LxmlError),
+        TemporaryDirectory(prefix="avsec-") as folder,
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore")
         own = Path(folder) / "scenario.xml"
         CommonRoadFileWriter(

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.progress import Progress
-from avsec_gym.storage.folder_lock import folder_lock
-from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.world.export.manifest import (
     check_same,
@@ -66,9 +65,7 @@ def make_data_set(
         raise ConfigurationError(f"1 worker or more, got {workers}")
     if not len(recipe):
         raise ConfigurationError("a data set has 1 frame or more, got none")
-    root = Path(root)
-    make_folder(root)
-    with folder_lock(root):
+    with locked_folder(root) as root:
         manifest, asked = read_manifest(root), new_manifest(recipe.settings)
         if manifest is None:
             _check_empty(root)

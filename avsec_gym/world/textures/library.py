@@ -19,8 +19,10 @@ import platformdirs
 from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
+from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.npz_files import map_npy, read_npz
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
+from avsec_gym.storage.write_errors import naming
 from avsec_gym.world.textures.noise import picture
 from avsec_gym.world.textures.texture import Picture, Texture
 
@@ -151,7 +153,7 @@ def _draw_all(families: dict[str, Texture], path: Path, texels_path: Path) -> No
             sizes.append(texture.size)
     deepest = max(map(len, rows))
     table = np.array([row + [row[-1]] * (deepest - len(row)) for row in rows])
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     _save(texels_path, lambda file: np.save(file, np.concatenate(pixels)))
     _save(
         path,
@@ -179,12 +181,13 @@ def _levels(finest: Picture) -> list[Picture]:
 
 def _save(path: Path, write: Callable[[BinaryIO], None]) -> None:
     """All or nothing, also when several processes draw at once."""
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            write(file)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with naming(path):
+        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                write(file)
+            os.chmod(name, 0o644)
+            os.replace(name, path)
+        except BaseException:
+            os.unlink(name)
+            raise

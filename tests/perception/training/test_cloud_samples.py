@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from io import FileIO
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from avsec_gym.perception.training.cloud_samples import (
 )
 from avsec_gym.perception.training.scan_samples import NEEDED
 from avsec_gym.perception.training.training_data import training_data
+from avsec_gym.storage.npy_rows import NewFile
 
 REGION = BirdEyeRegion((0.0, 12.8), (-6.4, 6.4), (-2.5, 1.0), 0.2, 0.5)
 
@@ -115,7 +117,26 @@ def test_a_broken_scan_is_named_and_leaves_nothing_behind(
     path.write_bytes(path.read_bytes()[:-3])
     with pytest.raises(DataError, match=r"000004.bin"):
         prepare()
-    assert not list((tmp_path / "cache").iterdir())
+    assert not (tmp_path / "cache").exists()
+
+
+@pytest.mark.parametrize("file", ["points.raw", "points.npy"])
+def test_a_full_disk_is_an_error_that_names_the_file(
+    prepare: Prepare, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str
+) -> None:
+    real = NewFile.write
+
+    def write(self: NewFile, content: bytes, place: int | None = None) -> None:
+        # A file that the system lets no write through to, as where the disk is full.
+        if self._path.name == file:
+            self._file.close()
+            self._file = FileIO("/dev/full", "w")
+        real(self, content, place)
+
+    monkeypatch.setattr(NewFile, "write", write)
+    with pytest.raises(DataError, match=rf"{file}.*No space left on device.*free space"):
+        prepare()
+    assert not (tmp_path / "cache").exists()
 
 
 def test_folders_without_scans_are_named(spot_folder: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -58,6 +60,25 @@ def test_arrays_are_made_once_and_anew_when_an_image_changes(
     assert not list((tmp_path / "cache").glob(".*"))
 
 
+def test_a_full_disk_is_an_error_before_any_frame_is_reduced(
+    spot_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    told: list[int] = []
+    with pytest.raises(DataError, match=r"left\.npy.*No space left on device.*free space"):
+        prepare_samples(
+            training_data([spot_folder]).training,
+            (40, 120),
+            tmp_path / "cache",
+            on_progress=lambda done, _: told.append(done),
+        )
+    assert not told
+    assert not (tmp_path / "cache").exists()
+
+
 def test_without_disparity_maps_it_is_unknown(spot_folder: Path, tmp_path: Path) -> None:
     for path in (spot_folder / "training" / "disparity_2").iterdir():
         path.unlink()
@@ -86,4 +107,4 @@ def test_broken_image_is_named_and_leaves_nothing_behind(spot_folder: Path, tmp_
     path.write_bytes(path.read_bytes()[:-30])
     with pytest.raises(DataError, match=r"000002.png.*cut off"):
         prepare_samples(training_data([spot_folder]).training, (40, 120), tmp_path / "cache")
-    assert not list((tmp_path / "cache").iterdir())
+    assert not (tmp_path / "cache").exists()
