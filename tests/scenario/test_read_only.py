@@ -123,5 +123,5 @@ def test_a_wall_of_other_places_is_made_by_replacing_them() -> None:
     )  # fmt: skip
     planner = MotionPrimitivePlanner()
     assert not planner.plan(straight_on).found
-    aside = replace(wall, poses=wall.poses + [0.0, 50.0, 0.0])
+    aside = replace(wall, poses=wall.poses + np.array([0.0, 50.0, 0.0]))
     assert planner.plan(straight_on.with_obstacles(aside)).found
