@@ -64,7 +64,7 @@ class Replayed:
         path = self._folder / f"{frame.id}.txt"
         if not is_file(path):
             raise DataError(
-                f"Frame {frame.id} has no result file here: whether nothing was found is not known.",
+                f"Frame {frame.id} has no result file here: what was found is not known.",
                 path=path,
                 remedy="Replay the results of these very frames; a frame in which nothing was found"
                 " has an empty file.",
