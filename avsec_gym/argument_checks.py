@@ -265,10 +265,10 @@ def keep_read_only(part: object, values: Mapping[str, Any]) -> None:
 
 
 def read_only(array: NDArray[_Number]) -> NDArray[_Number]:
-    """The array, which nobody can write into any more.
+    """The array, which cannot be written into any more.
 
     Args:
-        array: An array that nobody else holds.
+        array: An array that has no other owner.
     """
     array.flags.writeable = False
     return array

@@ -1,4 +1,4 @@
-"""What the planner believes is checked when it is made, and nobody can change it afterwards."""
+"""What the planner believes is checked when it is made, and cannot be changed afterwards."""
 
 from __future__ import annotations
 
