@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
@@ -26,6 +27,7 @@ _MOST_CAMERAS = 100
 _MOST_THREADS = 1024
 _MOST_RESAMPLES = 100_000
 _Kind = TypeVar("_Kind")
+_Number = TypeVar("_Number", bound=np.generic)
 
 
 def whole_number(name: str, value: Any, least: int, most: int | None = None) -> int:
@@ -244,6 +246,32 @@ def keep_checked(part: object, checked: Mapping[str, Any]) -> None:
     """
     for name, value in checked.items():
         object.__setattr__(part, name, value)
+
+
+def keep_read_only(part: object, values: Mapping[str, Any]) -> None:
+    """Give a frozen dataclass its values, of which arrays are copied and cannot be written into.
+
+    What was checked stays what it is: neither the part's arrays nor the caller's own can change it
+    later.  A part calls it in its ``__post_init__``, and in its ``__setstate__``, since a copy that
+    comes out of a pickle could be written into again.
+
+    Args:
+        part: The dataclass' object.
+        values: The values by the names of its fields.
+    """
+    for name, value in values.items():
+        kept = read_only(value.copy()) if isinstance(value, np.ndarray) else value
+        object.__setattr__(part, name, kept)
+
+
+def read_only(array: NDArray[_Number]) -> NDArray[_Number]:
+    """The array, which cannot be written into any more.
+
+    Args:
+        array: An array that has no other owner.
+    """
+    array.flags.writeable = False
+    return array
 
 
 def flag(name: str, value: Any) -> bool:

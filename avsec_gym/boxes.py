@@ -9,16 +9,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import keep_read_only, read_only, shown
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, camera_to_ego
 
 _REQUIRED = {"location": (3,), "dimensions": (3,), "rotation_y": (), "score": ()}
 _OPTIONAL = {"box2d": (4,), "truncation": (), "occlusion": (), "alpha": ()}
+_ANGLES = {"rotation_y", "alpha"}
+_KINDS: dict[type[np.generic], str] = {
+    np.float64: "numbers",
+    np.str_: "names",
+    np.bool_: "True and False",
+}
+
+LARGEST_ANGLE = 100.0
+"""Radians.  Sources of boxes give angles in [-pi, pi], or with some turns too many."""
 
 
 @dataclass(frozen=True, eq=False)
 class Boxes3D:
     """N oriented boxes in KITTI's rectified camera frame (metres, radians).
+
+    The arrays are copies of what is given, and read-only: what was checked stays what it is.
 
     Args:
         location: Bottom centres, shape (N, 3).
@@ -33,7 +45,8 @@ class Boxes3D:
         moving: Whether each object moves, shape (N,).
 
     Raises:
-        ConfigurationError: A shape does not fit, or a value is not finite.
+        ConfigurationError: A shape does not fit, a value is no number or not finite, or an angle
+            has more turns than any source of boxes gives.
     """
 
     location: Floats
@@ -48,29 +61,39 @@ class Boxes3D:
     moving: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
-        count = len(self.rotation_y)
+        angles = _column("rotation_y", self.rotation_y, np.float64)
+        count = len(angles) if angles.ndim else 0
         for name, tail in (_REQUIRED | _OPTIONAL).items():
             value = getattr(self, name)
             if value is None and name in _OPTIONAL:
                 continue
-            array = np.asarray(value, np.float64)
+            array = _column(name, value, np.float64)
             if array.shape != (count, *tail):
                 raise ConfigurationError(
                     f"Boxes3D.{name} has shape {array.shape}, expected {(count, *tail)}"
                 )
             if not np.isfinite(array).all():
                 raise ConfigurationError(f"Boxes3D.{name} holds a value that is not finite")
-            object.__setattr__(self, name, array)
+            if name in _ANGLES and (np.abs(array) > LARGEST_ANGLE).any():
+                raise ConfigurationError(
+                    f"Boxes3D.{name} holds an angle of {np.abs(array).max():g} rad;"
+                    f" {LARGEST_ANGLE:g} rad is the most: beyond, sine and cosine lose digits, and"
+                    " a unit was mistaken. Give radians from -pi to pi."
+                )
+            object.__setattr__(self, name, read_only(array))
         for name, kind in (("category", np.str_), ("moving", np.bool_)):
             value = getattr(self, name)
             if value is None:
                 continue
-            array = np.asarray(value, kind)
+            array = _column(name, value, kind)
             if array.shape != (count,):
                 raise ConfigurationError(
                     f"Boxes3D.{name} has shape {array.shape}, expected {(count,)}"
                 )
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, read_only(array))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        keep_read_only(self, state)
 
     @classmethod
     def empty(cls) -> Boxes3D:
@@ -117,3 +140,13 @@ class Boxes3D:
     def width(self) -> Floats:
         """Extent across the heading, shape (N,)."""
         return self.dimensions[:, 1]
+
+
+def _column(name: str, values: Any, kind: type[np.generic]) -> NDArray[Any]:
+    """A copy of a column that was given, of a kind."""
+    try:
+        return np.array(values, kind)
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(
+            f"Boxes3D.{name} is no array of {_KINDS[kind]}: {shown(values)}"
+        ) from error

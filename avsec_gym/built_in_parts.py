@@ -189,3 +189,9 @@ METHODS = {
     Kind.DEFENCE: "defend",
 }
 """What an object of each kind can do."""
+
+ALL_PLANNERS = "all"
+"""Asks for every planner of the package, where commands take several."""
+
+RESERVED = {(Kind.PLANNER, ALL_PLANNERS)}
+"""Names that commands take for something else: no part can have them."""

@@ -335,6 +335,11 @@ def _check_projection(name: str, projection: Floats) -> None:
     if not np.allclose(projection[2, :3], [0, 0, 1], rtol=0, atol=1e-6):
         row = " ".join(f"{value:g}" for value in projection[2, :3])
         raise ConfigurationError(f"{name} has a third row of {row}, expected 0 0 1")
+    skew = projection[0, 1], projection[1, 0]
+    if np.abs(skew).max() > _SAME_PIXEL:
+        raise ConfigurationError(
+            f"{name} has a skew of {skew[0]:g} and {skew[1]:g} pixels; a rectified camera has none"
+        )
     if np.abs(projection[:2, 2]).max() > _LONGEST_FOCUS:
         raise ConfigurationError(f"{name} has its principal point beyond {_LONGEST_FOCUS:g} pixels")
     centre = -np.linalg.solve(projection[:, :3], projection[:, 3])

@@ -8,12 +8,13 @@ a name, a dictionary of a name and its arguments, or the object itself.
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module, metadata
 from typing import Any
 
 from avsec_gym.argument_checks import shown
-from avsec_gym.built_in_parts import AMBIGUOUS_ATTACKS, BUILT_IN, METHODS, Kind
+from avsec_gym.built_in_parts import AMBIGUOUS_ATTACKS, BUILT_IN, METHODS, RESERVED, Kind
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.factory_arguments import check_arguments, named_parameters
 from avsec_gym.suggestions import unknown_name
@@ -35,6 +36,7 @@ __all__ = [
 _LOG = logging.getLogger(__name__)
 GROUP = "avsec_gym.plugins"
 """Entry points by which packages add parts."""
+_NAME = re.compile(r"\w[\w.+-]{0,99}")
 
 
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
@@ -47,13 +49,24 @@ def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
 
     Args:
         kind: One of `Kind`.
-        name: How users ask for it.
+        name: How users ask for it: letters, digits, ``_``, ``.``, ``+`` and ``-``.
         factory: Makes the object from keyword arguments.
 
     Raises:
-        ConfigurationError: The name is taken, or the kind is unknown.
+        ConfigurationError: The name is taken, means something else in commands, or is none that can
+            be typed; or the kind is unknown.
     """
     key = (_kind(kind), name)
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise ConfigurationError(
+            f"a {key[0]} cannot be named {shown(name)}: give it a name of letters, digits, '_',"
+            " '.', '+' and '-', such as 'mine'; else commands see JSON, a list, a path or an option"
+        )
+    if key in RESERVED:
+        raise ConfigurationError(
+            f"a {key[0]} cannot be named {name!r}: `--{key[0]} {name}` asks for every {key[0]} of"
+            " the package; choose another name"
+        )
     ambiguous = key[0] == Kind.ATTACK and name in AMBIGUOUS_ATTACKS
     if key in BUILT_IN or key in _REGISTERED or ambiguous:
         raise ConfigurationError(f"there is a {key[0]} named {name!r} already: choose another name")

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
+from tests.strange_values import STRANGE
 
 
 def some_boxes(count: int = 3, **optional: object) -> Boxes3D:
@@ -55,3 +59,22 @@ def test_wrong_shapes_and_values_are_refused() -> None:
         some_boxes(moving=np.zeros(2, bool))
     with pytest.raises(ConfigurationError, match="not finite"):
         some_boxes(alpha=np.array([0.0, np.nan, 0.0]))
+
+
+@pytest.mark.parametrize("name", ["rotation_y", "alpha"])
+def test_angles_of_more_turns_than_any_source_gives_are_refused(name: str) -> None:
+    """Beyond, sine and cosine are noise: 1e300 rad points anywhere."""
+    some_boxes(alpha=np.zeros(3))
+    replace(some_boxes(), **{name: np.array([0.0, -100.0, 4 * np.pi])})
+    for bad in (100.1, -1e300):
+        with pytest.raises(ConfigurationError, match=f"{name} holds an angle of .* radians"):
+            replace(some_boxes(), **{name: np.array([0.0, bad, 0.0])})
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Boxes3D)])
+def test_whatever_is_no_column_is_refused_by_name(name: str) -> None:
+    for value in STRANGE:
+        with suppress(ConfigurationError):
+            replace(some_boxes(), **{name: value})
+    with pytest.raises(ConfigurationError, match="Boxes3D"):
+        replace(some_boxes(), **{name: 5})

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import ast
 import logging
 import re
 from collections.abc import Callable
 from importlib import metadata
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+import avsec_gym.commands
 from avsec_gym import registry
 from avsec_gym.attacks.object_injection import RandomGhosts
+from avsec_gym.built_in_parts import ALL_PLANNERS, RESERVED
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
 from avsec_gym.registry import Kind, check, make, names, register
@@ -81,6 +85,38 @@ def test_a_name_is_given_once(name: str) -> None:
     with pytest.raises(ConfigurationError, match=f"named '{name}' already"):
         register("planner", name, lambda: 2)
     assert make("planner", "mine") == 1
+
+
+@pytest.mark.parametrize("key", RESERVED, ids=str)
+def test_a_name_that_commands_take_for_something_else(key: tuple[Kind, str]) -> None:
+    """A plug-in's planner "all" could not be asked for: `--planner all` is the package's own."""
+    with pytest.raises(ConfigurationError, match=f"cannot be named '{key[1]}'.*another name"):
+        register(*key, lambda: 1)
+    with pytest.raises(ConfigurationError, match=f"named '{key[1]}'"):
+        make(*key)
+
+
+def test_whatever_a_command_takes_beside_names_is_reserved() -> None:
+    """Words that are compared with what was typed for a part, in the commands' own sources."""
+    compared = set()
+    for path in Path(avsec_gym.commands.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Eq):
+                sides = [ast.unparse(side) for side in (node.left, *node.comparators)]
+                kinds = [kind for kind in Kind if f"self.{kind}" in sides]
+                kinds += [Kind.PLANNER] if path.stem == "named_planner" else []
+                compared |= {(kind, side) for kind in kinds for side in sides}
+    words = {side for _, side in compared if not side.startswith("self.") and side != "text"}
+    assert words == {"ALL_PLANNERS"}
+    assert (Kind.PLANNER, ALL_PLANNERS) in RESERVED
+
+
+@pytest.mark.parametrize(
+    "name", ["", " ", "{mine}", "a,b", "a/b", "../mine", "-mine", "two words", "x" * 101, 5, None]
+)
+def test_a_name_that_cannot_be_typed(name: Any) -> None:
+    with pytest.raises(ConfigurationError, match="cannot be named"):
+        register("planner", name, lambda: 1)
 
 
 def test_unknown_names_list_the_known_ones() -> None:

@@ -23,7 +23,7 @@ from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import read_fields
 from avsec_gym.storage.regular_files import is_file, is_folder
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.suggestions import did_you_mean
+from avsec_gym.unknown_source import unknown_source
 
 if TYPE_CHECKING:
     from torch import nn
@@ -202,6 +202,7 @@ def agent_folder(place: str | Path) -> Path:
     """The folder of an agent; a folder of the user goes before a shipped one of the same name.
 
     Raises:
+        ConfigurationError: It is the name of a shipped one, mistyped.
         DataError: There is none.
     """
     folder = Path(place)
@@ -211,9 +212,5 @@ def agent_folder(place: str | Path) -> Path:
         return SHIPPED / str(place)
     if is_folder(folder):
         raise DataError("There is no agent here: it lacks a card.", path=folder, remedy=_AGAIN)
-    meant = did_you_mean(str(place), shipped_agents())
-    raise DataError(
-        "There is no such folder, and no shipped agent of this name.",
-        path=folder,
-        remedy=f"{meant} `avsec agents list` names those that are shipped.".strip(),
-    )
+    expected = "Name an agent's folder, or a shipped one: `avsec agents list` names them."
+    raise unknown_source(str(place), shipped_agents(), expected, "agent")

@@ -53,7 +53,9 @@ def in_the_way(
     half = 0.5 * sizes + np.where(obstacles.static, 0.0, margin)[:, None] + _ROUNDING
     own = 0.5 * BMW_320I.length, 0.5 * BMW_320I.width
     last = np.where(obstacles.static, 0, obstacles.steps - 1)
-    found = _in_the_way(way, obstacles.poses, obstacles.speeds, last, counted, half, own, brake, dt)
+    # The kernel is compiled for arrays that can be written into; those of obstacles cannot.
+    poses, speeds = obstacles.poses.copy(), obstacles.speeds.copy()
+    found = _in_the_way(way, poses, speeds, last, counted, half, own, brake, dt)
     return np.asarray(found)
 
 

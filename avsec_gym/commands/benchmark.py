@@ -11,6 +11,7 @@ import tyro
 
 from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.unknown_source import unknown_source
 
 if TYPE_CHECKING:
     from avsec_gym.benchmark.entry import Entry, EntryRow
@@ -119,9 +120,13 @@ class BenchmarkDetector(_EnterByErrors):
         from avsec_gym.registry import Kind, names
         from avsec_gym.storage.regular_files import is_folder
 
-        if self.part not in names(Kind.DETECTOR) and is_folder(Path(self.part)):
-            return {"name": "replayed", "detections": str(Path(self.part).resolve())}
-        return super()._part
+        part, known = super()._part, names(Kind.DETECTOR)
+        if not isinstance(part, str) or part in known:
+            return part
+        if is_folder(Path(part)):
+            return {"name": "replayed", "detections": str(Path(part).resolve())}
+        expected = f"Name a folder of KITTI result files, or a detector. Known: {', '.join(known)}"
+        raise unknown_source(part, known, expected, "detector named")
 
     @property
     def _labels(self) -> Path | None:

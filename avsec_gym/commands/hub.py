@@ -11,6 +11,7 @@ import tyro
 from avsec_gym import console
 from avsec_gym.errors import DataError
 from avsec_gym.storage.regular_files import is_file, is_there
+from avsec_gym.unknown_source import unknown_source
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,8 @@ class HubExport:
         from avsec_gym.hub.detectors import export_weights
 
         weights = _weights(self.model)
+        if weights is None and not is_there(self.model):
+            _check_name(self.model)
         if weights is None:
             files = export_agent(self.model, self.out, self.license)
         else:
@@ -90,6 +93,26 @@ class HubImport:
         else:
             console.say(f"{self.out}: {card.get('env') or card['network']}")
         return console.DONE
+
+
+def _check_name(model: str) -> None:
+    """Refuse what is neither a place that is there nor the name of a shipped agent.
+
+    Raises:
+        ConfigurationError: It is the name of a shipped agent or of weights, mistyped.
+        DataError: There is no such file or folder.
+    """
+    from avsec_gym.agents.agent_folder import shipped_agents
+    from avsec_gym.perception.weights.given import names_of_shipped_weights
+
+    agents = shipped_agents()
+    if model not in agents:
+        raise unknown_source(
+            model,
+            [*agents, *names_of_shipped_weights()],
+            "Name a folder of an agent, a file of weights (.safetensors), or what is shipped.",
+            "agent and no file of weights named",
+        )
 
 
 def _weights(model: str) -> Path | None:

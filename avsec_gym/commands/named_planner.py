@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from avsec_gym.built_in_parts import ALL_PLANNERS
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
 from avsec_gym.registry import Kind, make
-
-ALL = "all"
-"""Asks for both searches of the package."""
 
 
 def named_planner(text: str) -> tuple[str, Planner]:
@@ -32,7 +30,7 @@ def named_planner(text: str) -> tuple[str, Planner]:
 
 
 def named_planners(text: str) -> dict[str, Planner]:
-    """The same by name, `ALL` of the package's among them; errors as above."""
-    if text == ALL:
+    """The same by name, `ALL_PLANNERS` of the package among them; errors as above."""
+    if text == ALL_PLANNERS:
         return {str(search): MotionPrimitivePlanner(search) for search in Algorithm}
     return dict([named_planner(text)])

@@ -180,9 +180,15 @@ def _expand(files: tuple[Path, ...]) -> list[Path]:
     found: list[Path] = []
     for file in files:
         found += sorted(file.glob("*.xml")) if is_folder(file) else [file]
-    if not found:
+    if not files:
         raise ConfigurationError(
             "name at least one CommonRoad XML file, or a folder that holds one"
+        )
+    if not found:
+        raise DataError(
+            "There is no CommonRoad XML file here.",
+            path=files[0],
+            remedy="Name a folder that holds some, directly in it.",
         )
     return found
 

@@ -79,6 +79,7 @@ class WorldShow:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.drawing.frame_picture import frame_picture
+        from avsec_gym.frame import LazyImages
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.kitti.map_files import read_disparity, read_mask
 
@@ -101,16 +102,40 @@ class WorldShow:
             files = [folder / "data" / f"{int(name):010d}.png" for folder in beside]
         disparity = read_disparity(files[0]) if is_file(files[0]) else None
         surfaces = read_mask(files[1]).astype("uint8") if is_file(files[1]) else None
+        of_image = frame.image(self.camera).shape[:2]
+        for file, beside_it in zip(files, (disparity, surfaces), strict=True):
+            if beside_it is not None:
+                _check_size(file, beside_it.shape[:2], of_image)
+        partner = self.camera + 1
+        if partner in frame.images:
+            own = frame.images.path(partner) if isinstance(frame.images, LazyImages) else None
+            _check_size(own, frame.image(partner).shape[:2], of_image)
         picture = frame_picture(
             frame,
             _labels(data, name),
             disparity,
             surfaces,
             camera=self.camera,
-            partner=self.camera + 1,
+            partner=partner,
         )
         _write(self.out, picture)
         return console.DONE
+
+
+def _check_size(file: Path | None, size: tuple[int, ...], image: tuple[int, ...]) -> None:
+    """Refuse what does not fit the reference camera's image, pixel by pixel.
+
+    Raises:
+        DataError: Its height or width, in pixels, is another one.
+    """
+    if size != image:
+        height, width = size
+        raise DataError(
+            f"It is of {width} x {height} pixels, the reference camera's image of {image[1]} x"
+            f" {image[0]}.",
+            path=file,
+            remedy="Write both anew, of one size.",
+        )
 
 
 def _open(root: Path | None) -> KittiObject | Drive:

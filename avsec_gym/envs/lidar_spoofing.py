@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.envs.attacked_sensors import SCAN
 from avsec_gym.envs.observations import FEATURES
 from avsec_gym.envs.optical_attack import OpticalAttackEnv
 from avsec_gym.envs.parts import takes_parts
@@ -101,6 +102,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     """
 
     title = "avsec/LidarSpoofing-v0"
+    attacked = SCAN
 
     def __init__(
         self,

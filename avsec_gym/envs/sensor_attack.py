@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from avsec_gym.argument_checks import one_of
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
+from avsec_gym.envs.attacked_sensors import CAMERAS, check_read
 from avsec_gym.envs.info import episode_info
 from avsec_gym.envs.observations import BOTH, FEATURES, IMAGES, THUMBNAIL, thumbnail
 from avsec_gym.envs.parts import parts_of
@@ -65,9 +66,12 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         render_mode: None, ``rgb_array`` or ``human``.
 
     Raises:
-        ConfigurationError: An unknown mode or observation, or see `parts_of`.
+        ConfigurationError: An unknown mode or observation, an attack on what nothing in the car
+            reads, or see `parts_of`.
     """
 
+    attacked = CAMERAS
+    """The sensors that are attacked: something in the car has to read them."""
     known_size = SIZE
     """Size of what the attacker sees beside its last action."""
 
@@ -82,6 +86,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     ) -> None:
         super().__init__(render_mode)
         self.parts, self.query_budget = parts_of(self, parts), budget
+        check_read(self.parts, parts.get("detector", self.parts.detector), self.attacked)
         check_frame_scenes(self.parts.scenarios, self.parts.road)
         self.observation = one_of("observation", observation, OBSERVATIONS)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)

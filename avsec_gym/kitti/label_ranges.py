@@ -16,9 +16,10 @@ HIGHEST = 100.0
 """Metres above or below the camera; results without a place are written at -999, too."""
 
 LARGEST_LABEL = np.array([10.0, 10.0, 50.0])
-"""Height, width and length, metres: KITTI's largest are a truck of 4.2 x 3.0 m, a tram of 35.2 m.
+"""Height, width, length, metres: KITTI's largest are a truck of 4.2 x 3.0 m, a tram of 35.2 m."""
 
-A detector may be wrong by more; its results are bounded by `FARTHEST`."""
+LARGEST_RESULT = 2 * LARGEST_LABEL
+"""The same of a detector's results: it may be wrong, by as much again."""
 
 _UNKNOWN_ANGLE = -10.0
 # KITTI gives angles in [-pi, pi], rounded. Detectors add some without taking turns off: their
@@ -44,8 +45,7 @@ def all_possible(values: Floats, *, result: bool, tracking: bool = False) -> boo
     largest = _LARGEST_ANGLE["result" if result else "label"]
     most = np.array([2.0 if tracking else 1.0, *_MOST[1:]])
     most[_ANGLES] = largest
-    if not result:
-        most[_SIZES] = LARGEST_LABEL
+    most[_SIZES] = LARGEST_RESULT if result else LARGEST_LABEL
     if (values[:, :14] > most).any() or (values[:, :14] < _LEAST).any():
         return False
     # Between a placeholder and the smallest real value there is nothing.
@@ -87,8 +87,9 @@ def impossibility(
                 f"The angle {kind} of a {name} is {angle:g}; it is a number of radians from "
                 f"{-largest:.2f} to {largest:.2f}, or -10 if unknown."
             )
-    if not result and (np.array(row[_SIZES]) > LARGEST_LABEL).any():
-        sizes, most_sizes = (_product(each) for each in (row[_SIZES], LARGEST_LABEL))
+    largest_size = LARGEST_RESULT if result else LARGEST_LABEL
+    if (np.array(row[_SIZES]) > largest_size).any():
+        sizes, most_sizes = (_product(each) for each in (row[_SIZES], largest_size))
         return f"A {name} measures {sizes} m (height x width x length); {most_sizes} m is the most."
     for value in row[_METRES]:
         if abs(value) > FARTHEST:

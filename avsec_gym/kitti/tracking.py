@@ -68,7 +68,8 @@ def read_tracking_labels(
         tracks.append(track)
     boxes = parse_labels("\n".join(rest), path, keep_dont_care=True, columns_before=2)
     assert boxes.truncation is not None, "labels have it"
-    boxes.truncation[boxes.truncation > 0] = -1.0
+    # Its levels are no shares of the object.
+    boxes = replace(boxes, truncation=np.where(boxes.truncation > 0, -1.0, boxes.truncation))
     wanted = np.full(len(boxes), True) if keep_dont_care else boxes.category != DONT_CARE
     every, identities = np.array(frames, np.int64), np.array(tracks, np.int64)
     result = {}

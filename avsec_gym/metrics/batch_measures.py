@@ -56,8 +56,8 @@ def batch_measures(
     measured = _measure(
         *batch,
         (0.5 * vehicle.length, 0.5 * vehicle.width),
-        starts,
-        ends,
+        starts.copy(),
+        ends.copy(),
         min(wanted) if wanted else np.nan,
         _simpson_table(batch.trajectories.shape[1], scenario.dt),
         scenario.dt,

@@ -57,7 +57,7 @@ def plan_batch(
         tracks: The obstacles, from time step 0 on.
         node_limit: Most nodes to expand for each.
     """
-    return BatchPlans(*_search_all(problem, longest, edges, tracks, node_limit))
+    return BatchPlans(*_search_all(problem, longest, edges.copy(), tracks, node_limit))
 
 
 @kernel(nogil=True)

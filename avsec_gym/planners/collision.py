@@ -108,7 +108,8 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> CollisionWorld:
             axis=-1,
         ),
         presence=np.column_stack([first, known, last]),
-        edges=edges,
+        # Kernels are compiled for arrays that can be written into; those of a road cannot.
+        edges=edges.copy(),
     )
 
 

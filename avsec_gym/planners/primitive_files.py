@@ -16,6 +16,7 @@ from avsec_gym.storage.xml_tree import Element, read_plain_xml
 
 _FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
 _DECIMAL_SECOND = 0.1
+_UNIT = "deci-second"
 _FARTHEST, _FASTEST = 1e3, 100.0
 """Metres and m/s: farther and faster leads no primitive."""
 _SPEED = _FIELDS.index("velocity")
@@ -84,7 +85,7 @@ def write_primitives(
     all_nodes = ElementTree.SubElement(root, "Trajectories")
     for states, steps in zip(primitives.states, primitives.steps.tolist(), strict=True):
         node = ElementTree.SubElement(all_nodes, "Trajectory")
-        ElementTree.SubElement(node, "Duration", unit="deci-second").text = str(steps)
+        ElementTree.SubElement(node, "Duration", unit=_UNIT).text = str(steps)
         _add_state(node, "Initial", states[0], 0)
         _add_state(node, "Final", states[steps], steps)
         way = ElementTree.SubElement(node, "Path")
@@ -99,12 +100,15 @@ def _check_times(trajectory: Element, states: list[Element]) -> None:
     """Refuse states at other times than 0, 1, 2, ... deciseconds; a file may leave times out.
 
     Raises:
-        DataError: A time, or the duration, is another one.
+        DataError: A time, or the duration, is another one, or of another unit.
     """
     for step, state in enumerate(states):
         if (written := state.number("time_step", step)) != step:
             state.refuse(f"<time_step> of state {step} is {written:g}; expected {step}.", _REMEDY)
     last = len(states) - 1
+    duration = trajectory.find("Duration")
+    if duration is not None and (unit := duration.attributes.get("unit", _UNIT)) != _UNIT:
+        duration.refuse(f"the unit of <Duration> is {unit[:40]!r}; expected {_UNIT}.", _REMEDY)
     if not (written := trajectory.number("Duration", last)) >= last:
         trajectory.refuse(f"<Duration> is {written:g}; expected {last} or more.", _REMEDY)
 

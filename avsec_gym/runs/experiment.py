@@ -226,15 +226,29 @@ def with_defaults(configuration: Configuration, experiments: Sequence[Experiment
     defaults: dict[str, Any] = {}
     for experiment in experiments:
         defaults |= experiment.options
-    for name, value in configuration.options.items():
+    for name in configuration.options:
         if name not in defaults:
             problem = f"--options: there is no option {name!r}"
             raise ConfigurationError(unknown_name(problem, name, sorted(defaults) or ["none"]))
-        if not _same_type(value, defaults[name]):
+    check_options(configuration.options, defaults)
+    return replace(configuration, options=defaults | dict(configuration.options))
+
+
+def check_options(options: Mapping[str, Any], defaults: Mapping[str, Any]) -> None:
+    """Refuse the value of an option that is of another type than its default.
+
+    Args:
+        options: Values by name; those without a default are passed over.
+        defaults: Defaults by name.
+
+    Raises:
+        ConfigurationError: A value is of another type.
+    """
+    for name, value in options.items():
+        if name in defaults and not _same_type(value, defaults[name]):
             raise ConfigurationError(
                 f"the option {name} is like {json.dumps(defaults[name])}, got {json.dumps(value)}"
             )
-    return replace(configuration, options=defaults | dict(configuration.options))
 
 
 def _same_type(value: Any, default: Any) -> bool:

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
-from avsec_gym.runs.experiment import Configuration
-from avsec_gym.runs.manifest import Manifest, read_manifest
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
+from avsec_gym.runs.experiment import Configuration, check_options
+from avsec_gym.runs.manifest import MANIFEST, Manifest, read_manifest
 from avsec_gym.runs.renamed import check_setting
 from avsec_gym.runs.renamed_rows import show_new_names
 from avsec_gym.runs.run import FIGURES, RESULTS
@@ -53,12 +54,14 @@ class RunFolder:
         """The run in a folder.
 
         Raises:
-            DataError: There is none, or its results are damaged or of another version.
+            DataError: There is none, its results are damaged or of another version, or its options
+                are none that `avsec run` takes.
         """
         path = Path(path)
         manifest = read_manifest(path)
         if manifest is None or not is_there(path / RESULTS):
             raise DataError("There is no run here.", path=path, remedy=_REMEDY)
+        _check_options(manifest, path)
         run = cls(path, manifest)
         check_files(path / RESULTS)
         if checked_as_it_lies(path / RESULTS) is None:
@@ -224,3 +227,24 @@ def _connected(path: Path) -> sqlite3.Connection:
         database.close()
         database = sqlite3.connect(f"{uri(path)}?immutable=1", uri=True)
     return database
+
+
+def _check_options(manifest: Manifest, folder: Path) -> None:
+    """Refuse options that no run of these experiments can have: reports compute with them.
+
+    Only the package's own experiments are asked: nothing else that a folder names is imported.
+
+    Raises:
+        DataError: A value is of another type than `avsec run --options` takes.
+    """
+    defaults: dict[str, Any] = {}
+    for name in manifest["experiments"]:
+        defaults |= experiment(name).options if name in EXPERIMENTS else {}
+    try:
+        check_options(manifest["configuration"]["options"], defaults)
+    except ConfigurationError as error:
+        raise DataError(
+            f"This is no manifest of a run: {error}.",
+            path=folder / MANIFEST,
+            remedy="Correct it, or run the experiment anew.",
+        ) from error

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import shown
+from avsec_gym.argument_checks import keep_read_only, shown
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.bounds import (
@@ -25,7 +26,10 @@ _KINDS = {"iu": "whole numbers", "UO": "names", "fiu": "numbers", "b": "True and
 
 @dataclass(frozen=True)
 class Obstacles:
-    """N obstacles as arrays; a static one has one pose.
+    """N obstacles as arrays, copied and read-only; a static one has one pose.
+
+    What the planner believes is checked when it is made, and stays as it is: other obstacles are
+    other `Obstacles`, as of `dataclasses.replace`.
 
     Args:
         ids: Unique ids, shape (N,).
@@ -56,6 +60,10 @@ class Obstacles:
         TIME_STEP.check_all(self.first_step, "the first time step of an obstacle")
         known = Bounds(1, self.poses.shape[1], whole=True)
         known.check_all(self.steps, "the number of known states of an obstacle")
+        keep_read_only(self, vars(self) | {"shapes": tuple(self.shapes)})
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        keep_read_only(self, state)
 
     def _check_layout(self) -> None:
         """Refuse arrays that do not belong together: the kernels trust them."""
@@ -100,7 +108,7 @@ class Obstacles:
         """Rectangles that stand, or drive at constant velocity along their heading.
 
         Args:
-            poses: Poses at step 0, shape (N, 3).
+            poses: Poses at step 0, shape (N, 3); here and below, lists of numbers will do.
             length: Lengths, metres, shape (N,).
             width: Widths, metres, shape (N,).
             speed: Speeds, m/s, shape (N,); 0 stands.  None: all stand.
@@ -109,10 +117,13 @@ class Obstacles:
             first_id: Ids count upwards from here.
 
         Raises:
-            PlanningError: The arrays have different lengths, or hold what no obstacle can have.
+            PlanningError: The arrays have different lengths, are none of numbers, or hold what no
+                obstacle can have.
         """
+        poses = _numbers("poses", poses, (3,))
+        length, width = _numbers("lengths", length, ()), _numbers("widths", width, ())
         count = len(poses)
-        speed = np.zeros(count) if speed is None else np.asarray(speed, float)
+        speed = np.zeros(count) if speed is None else _numbers("speeds", speed, ())
         TIME_STEP.check(last_step, "the last time step of obstacles")
         DURATION.check(dt, "the duration of a time step")
         if not len(length) == len(width) == len(speed) == count:
@@ -123,7 +134,7 @@ class Obstacles:
         static = speed == 0
         horizon = 1 if static.all() else last_step + 1
         travelled = speed[:, None] * dt * np.arange(horizon)
-        track = np.repeat(np.asarray(poses, float)[:, None, :], horizon, axis=1)
+        track = np.repeat(poses[:, None, :], horizon, axis=1)
         track[..., 0] += travelled * np.cos(track[..., 2])
         track[..., 1] += travelled * np.sin(track[..., 2])
         return cls(
@@ -160,3 +171,20 @@ class Obstacles:
             if index[i] >= 0:
                 areas[i] = placed(shape, self.poses[i, index[i]])
         return areas
+
+
+def _numbers(name: str, values: Any, row: tuple[int, ...]) -> Floats:
+    """What numpy takes for numbers, with rows of a shape."""
+    try:
+        array = np.asarray(values)
+    except ValueError:  # Lists of several lengths.
+        array = np.array(None)
+    # A list of nothing has neither a kind nor rows.
+    array = array.reshape(0, *row) if array.shape == (0,) else array
+    if array.dtype.kind not in "iuf" or array.ndim == 0 or array.shape[1:] != row:
+        expected = f"shape (N, {row[0]})" if row else "shape (N,)"
+        raise PlanningError(
+            f"{name} of obstacles are {shown(values)}; expected an array or list of numbers of"
+            f" {expected}."
+        )
+    return array.astype(float)

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
 
-from avsec_gym.argument_checks import shown
+from avsec_gym.argument_checks import keep_checked, read_only, shown
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.bounds import COORDINATE
+from avsec_gym.scenario.shapes import points_as_tuples
 
 _GAP = 0.01
 """Metres; narrower gaps between lanelets are drawing errors."""
@@ -37,12 +39,15 @@ class Lanelet:
     def __post_init__(self) -> None:
         COORDINATE.check_all(self.left, f"a point of the left bound of lanelet {self.id}")
         COORDINATE.check_all(self.right, f"a point of the right bound of lanelet {self.id}")
-        for bound in (self.left, self.right):
-            if len(bound) < 2 or any(len(point) != 2 for point in bound):
+        # Lists and arrays are taken, and copied: what was checked stays what it is.
+        what = f"a bound of lanelet {self.id}"
+        for side in ("left", "right"):
+            bound = points_as_tuples(getattr(self, side), what)
+            if len(bound) < 2:
                 raise PlanningError(
-                    f"a bound of lanelet {self.id} is {shown(bound)}; expected two points (x, y)"
-                    " or more."
+                    f"{what} is {shown(bound)}; expected two points (x, y) or more."
                 )
+            keep_checked(self, {side: bound})
 
     def polygon(self) -> shapely.Polygon:
         """The lanelet's area."""
@@ -51,9 +56,23 @@ class Lanelet:
 
 @dataclass(frozen=True)
 class Road:
-    """The lanelets; without any, the ground is free everywhere."""
+    """The lanelets; without any, the ground is free everywhere.
+
+    The arrays that are worked out of them are read-only.
+    """
 
     lanelets: tuple[Lanelet, ...] = ()
+
+    def __post_init__(self) -> None:
+        keep_checked(self, {"lanelets": tuple(self.lanelets)})
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # Arrays that come out of a pickle could be written into again.
+        keep_checked(self, state)
+        derived = state.get("edges"), state.get("closed_edges"), *state.get("centre_segments", ())
+        for array in derived:
+            if array is not None:
+                read_only(array)
 
     @cached_property
     def area(self) -> shapely.Geometry:
@@ -74,26 +93,27 @@ class Road:
     @cached_property
     def edges(self) -> Floats:
         """The road edge as segments x1, y1, x2, y2, shape (M, 4), collinear ones merged."""
-        return _segments(self.area) if self.lanelets else np.zeros((0, 4))
+        return read_only(_segments(self.area) if self.lanelets else np.zeros((0, 4)))
 
     @cached_property
     def closed_edges(self) -> Floats:
         """`edges` after gaps between lanelets of up to a centimetre are closed."""
         if not self.lanelets:
-            return np.zeros((0, 4))
+            return self.edges
         closed = self.area.buffer(_GAP / 2, join_style="mitre")
         closed = closed.buffer(-_GAP / 2, join_style="mitre")
         # Where nothing was closed, the exact edge is kept, free of rounding.
         same = abs(closed.area - self.area.area) < 1e-6 and _rings(closed) == _rings(self.area)
-        return self.edges if same else _segments(closed)
+        return self.edges if same else read_only(_segments(closed))
 
     @cached_property
     def centre_segments(self) -> tuple[Floats, Floats]:
         """Starts and ends of the lanelets' centre lines, each of shape (S, 2)."""
         lines = [0.5 * (left + right) for left, right in map(_paired, self.lanelets)]
         if not lines:
-            return np.zeros((0, 2)), np.zeros((0, 2))
-        return np.vstack([line[:-1] for line in lines]), np.vstack([line[1:] for line in lines])
+            return read_only(np.zeros((0, 2))), read_only(np.zeros((0, 2)))
+        starts, ends = [line[:-1] for line in lines], [line[1:] for line in lines]
+        return read_only(np.vstack(starts)), read_only(np.vstack(ends))
 
 
 def _paired(lanelet: Lanelet) -> tuple[Floats, Floats]:

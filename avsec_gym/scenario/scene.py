@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
+from avsec_gym.argument_checks import keep_read_only
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
@@ -98,9 +100,11 @@ class Scene:
         if self.seed < 0:
             raise ConfigurationError(f"a seed is 0 or more, got {self.seed}")
         moving = np.zeros(len(self.boxes), bool) if self.boxes.moving is None else self.boxes.moving
-        object.__setattr__(
-            self, "speeds", draw_speeds(moving, self.road_type, self.seed, self.number)
-        )
+        speeds = draw_speeds(moving, self.road_type, self.seed, self.number)
+        keep_read_only(self, {"speeds": speeds})
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        keep_read_only(self, state)
 
     @property
     def intentions(self) -> tuple[Intention, ...]:

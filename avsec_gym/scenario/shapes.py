@@ -5,12 +5,13 @@ A shape that no obstacle can have, such as one of a negative length, is a `Plann
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-from avsec_gym.argument_checks import shown
+from avsec_gym.argument_checks import keep_checked, keep_read_only, shown
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats, rectangle_corners
 from avsec_gym.scenario.bounds import ANGLE, COORDINATE, SIZE
@@ -93,6 +94,7 @@ class Polygon:
 
     def __post_init__(self) -> None:
         COORDINATE.check_all(self.vertices, "a vertex of a polygon")
+        keep_checked(self, {"vertices": points_as_tuples(self.vertices, "a polygon")})
         if len(self.vertices) < 3:
             raise PlanningError(f"a polygon has {len(self.vertices)} vertices; expected 3 or more.")
         polygon = self.polygon()
@@ -150,6 +152,24 @@ class Group:
 Shape = Rectangle | Disc | Polygon | Group
 
 
+def points_as_tuples(
+    points: Sequence[Sequence[float]] | Floats, what: str
+) -> tuple[tuple[float, float], ...]:
+    """Points x, y in an order, which nothing can change.
+
+    Args:
+        points: Numbers as lists, tuples or an array; shape (N, 2).
+        what: Whose points they are, for the message.
+
+    Raises:
+        PlanningError: They have another shape.
+    """
+    count, *each = np.shape(points) or (1,)
+    if count and each != [2]:
+        raise PlanningError(f"{what} is {shown(points)}; expected two points (x, y) or more.")
+    return tuple((x, y) for x, y in points)
+
+
 def members(shape: Shape) -> tuple[Rectangle | Disc | Polygon, ...]:
     """The simple shapes that a shape consists of."""
     return shape.shapes if isinstance(shape, Group) else (shape,)
@@ -184,3 +204,6 @@ class Piece:
 
     vertices: Floats
     radius: float
+
+    def __post_init__(self) -> None:
+        keep_read_only(self, {"vertices": self.vertices})

@@ -63,6 +63,7 @@ def make(folder: Path) -> RunSummary:
 
 def look(folder: Path) -> object:
     """Read all of a run, then go on with it."""
+    from avsec_gym.commands.report import Report
     from avsec_gym.runs.run_folder import RunFolder
 
     run = RunFolder.open(folder)
@@ -71,6 +72,8 @@ def look(folder: Path) -> object:
     for setting, strength in run.settings():
         seen.append(run.records(setting=setting, strength=strength))
         seen.append(run.detections(setting, strength))
+    # The page of the run: what it is made with is in the manifest, too.
+    Report(folder, pictures=0).written(quietly=True)
     report = make(folder)
     assert report.done + report.kept == 4, "a resumed run has all of its cells"
     return seen

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from avsec_gym.closed_loop.fail_safe import MARGIN, OTHERS_BRAKE, others_brake, widened
@@ -35,9 +37,10 @@ def others(draw: np.random.Generator, count: int) -> Obstacles:
     turns = draw.uniform(-0.3, 0.3, count)[:, None]  # Each time step, if it drives.
     headings = poses[:, 2:] + turns * steps
     ahead = DT * speeds[:, None, None] * np.stack([np.cos(headings), np.sin(headings)], axis=-1)
-    found.poses[:, 1:, :2] = poses[:, None, :2] + np.cumsum(ahead, axis=1)
-    found.poses[:, 1:, 2] = np.where(found.static[:, None], poses[:, 2:], headings + turns)
-    return found
+    tracks = found.poses.copy()
+    tracks[:, 1:, :2] = poses[:, None, :2] + np.cumsum(ahead, axis=1)
+    tracks[:, 1:, 2] = np.where(found.static[:, None], poses[:, 2:], headings + turns)
+    return replace(found, poses=tracks)
 
 
 def touched(way: Floats, obstacles: Obstacles) -> bool:

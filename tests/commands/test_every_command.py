@@ -12,14 +12,16 @@ import numpy as np
 import pytest
 import tyro
 
+from avsec_gym.agents.agent_folder import shipped_agents
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import COMMANDS, CommandGroup, every_command, run
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
+from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 from avsec_gym.commands.arguments import Option, options
 from avsec_gym.kitti.calibration import write_calibration
 from avsec_gym.kitti.labels import write_detections
 from avsec_gym.kitti.sensor_files import write_image
-from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.perception.weights.given import names_of_shipped_weights, shipped_weights
 from avsec_gym.registry import Kind, names
 from avsec_gym.rig import kitti_rig
 from avsec_gym.road_type import RoadType
@@ -303,7 +305,9 @@ PLACES: dict[str, dict[str, str]] = {
     "run": {"--scenarios": "unattacked"},
     "report": {"": ""},
     "benchmark board": {"": ""},
+    "hub export": {"": "--out {out}"},
     "benchmark detector": {
+        "": "--out {out}",
         "--error-model": "oracle --out {out}",
         "--labels": "{labels} --out {out}",
     },
@@ -345,7 +349,10 @@ PLACES: dict[str, dict[str, str]] = {
 """By command and option, what else makes a whole command; ``""`` is its positional argument."""
 WRITTEN = {"out", "fit", "pictures", "figure", "markdown", "cache", "rrd"}
 """Fields that name what a command writes."""
-NAME_OR_PLACE = {"scenarios", "agents", "error_model"}
+NAME_OR_PLACE = {
+    *("scenarios", "agents", "error_model"),
+    *("model of hub export", "model of error-model check", "part of benchmark detector"),
+}
 """Fields that are a name or a place, and so no paths."""
 
 
@@ -355,10 +362,9 @@ def test_every_place_that_a_command_reads_is_looked_at() -> None:
         read = {
             field.name
             for field in fields(command)
-            if "Path" in str(hints[field.name]) or field.name in NAME_OR_PLACE
+            if "Path" in str(hints[field.name])
+            or not {field.name, f"{field.name} of {name}"}.isdisjoint(NAME_OR_PLACE)
         } - WRITTEN
-        if name == "error-model check":
-            read |= {"model"}
         if name == "demo":
             read -= {"scenarios"}  # A number.
         flags = {option.flag for option in options(command)}
@@ -483,6 +489,91 @@ def test_a_folder_that_another_process_writes_is_left_to_it(
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"avsec: {out}: Another process is writing here.")
     assert not list(out.iterdir())
+
+
+NEEDS_KITTI = {"evaluate --scenarios", "draw --scenarios"}
+"""A file there is a list of frames, whatever it holds: beside it, --kitti states whose."""
+
+
+@pytest.mark.parametrize(
+    ("command", "option"), [(name, option) for name, own in PLACES.items() for option in own]
+)
+@pytest.mark.parametrize("kind", ["folder", "file"])
+def test_a_place_of_nothing_has_the_same_exit_code(
+    command: str,
+    option: str,
+    kind: str,
+    there: dict[str, object],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Whatever is read of it: there is nothing."""
+    monkeypatch.chdir(tmp_path)
+    empty = tmp_path / "nothing_here"
+    if kind == "folder":
+        empty.mkdir()
+    else:
+        empty.touch()
+    there["missing"] = empty
+    words = PLACES[command][option].format(**there).split()
+    named = "{missing}" in PLACES[command][option]
+    place = [] if named else [option, str(empty)] if option else [str(empty)]
+    usage = kind == "file" and f"{command} {option}" in NEEDS_KITTI
+    assert ends([*command.split(), *words, *place]) == (2 if usage else 1)
+    output = capsys.readouterr()
+    assert "Traceback" not in output.err
+    assert output.out or output.err.startswith("avsec: ")
+
+
+NAMES: dict[str, tuple[str, ...]] = {
+    "evaluate --scenarios": ("layouts",),
+    "experiments --scenarios": ("procedural", "street", "mixed"),
+    "run --scenarios": ("procedural", "street", "mixed"),
+    "drive --scenarios": ("layouts", "drives"),
+    "drive --error-model": tuple(shipped_error_models()),
+    "draw --scenarios": ("layouts",),
+    "benchmark attack --error-model": tuple(shipped_error_models()),
+    "benchmark detector --error-model": tuple(shipped_error_models()),
+    "benchmark detector ": tuple(names(Kind.DETECTOR)),
+    "agents evaluate ": tuple(shipped_agents()),
+    "hub export ": (*shipped_agents(), *names_of_shipped_weights()),
+    "error-model check ": tuple(shipped_error_models()),
+}
+"""By command and option that takes a name or a place, names that it takes."""
+
+
+def test_every_option_that_takes_a_name_or_a_place_is_asked_for_names() -> None:
+    either = {each.partition(" of ")[0] for each in NAME_OR_PLACE}
+    taken = {
+        f"{command} {option}"
+        for command, own in PLACES.items()
+        for option in own
+        for field in fields(EVERY[command])
+        if (option or "--") == (f"--{field.name.replace('_', '-')}" if option else "--")
+        and "Path" not in str(get_type_hints(EVERY[command])[field.name])
+        and field.name in either
+    }
+    assert taken == set(NAMES)
+
+
+@pytest.mark.parametrize("option", NAMES)
+def test_a_slip_of_a_name_has_one_exit_code(
+    option: str,
+    there: dict[str, object],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Another one than a place that is not there, though a name and a place are told alike."""
+    monkeypatch.chdir(tmp_path)
+    command, _, flag = option.rpartition(" ")
+    words = PLACES[command][flag].format(**there).split()
+    for name in NAMES[option]:
+        slip = f"{name[:-2]}{name[-1]}"
+        assert ends([*command.split(), *words, *([flag] if flag else []), slip]) == 2, slip
+        (line,) = capsys.readouterr().err.splitlines()
+        assert re.search(r'Did you mean "[^"]+"\?', line)
 
 
 ABSURD = 10**12

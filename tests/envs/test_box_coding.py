@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,5 +50,5 @@ def test_an_idle_action_is_no_box_and_every_action_is_one_that_fits() -> None:
 @pytest.mark.parametrize("score", [0.0, -2.0])
 def test_scores_of_zero_and_less_are_no_boxes(score: float) -> None:
     made = boxes(3)
-    made.score[1] = score
+    made = replace(made, score=np.where(np.arange(3) == 1, score, made.score))
     assert len(BoxCoding(5).decode(BoxCoding(5).encode(made))) == 2

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.frame import Calibration
+from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.calibration import read_calibration, write_calibration
+from avsec_gym.perception.stereo_batch import batch_of_frames
 
 
 @pytest.fixture
@@ -42,6 +44,18 @@ def test_disparity_is_focal_length_times_baseline_by_depth(path: Path) -> None:
     disparity = left[0, 0] - right[0, 0]
     expected = calibration.focal_length() * calibration.baseline() / depth[0]
     assert disparity == pytest.approx(expected)
+
+
+def test_a_pair_whose_right_camera_stands_to_the_left_is_refused(path: Path) -> None:
+    """P2 and P3 exchanged."""
+    exchanged = path.read_text().replace("P2:", "Q:").replace("P3:", "P2:").replace("Q:", "P3:")
+    path.write_text(exchanged)
+    image = np.zeros((3, 4, 3), np.uint8)
+    frame = SensorFrame("000000", read_calibration(path), {2: image, 3: image})
+    with pytest.raises(DataError, match="left camera first"):
+        frame.stereo()
+    with pytest.raises(DataError, match="left camera first"):
+        batch_of_frames([frame])
 
 
 def test_the_camera_centre_projects_to_nothing(path: Path) -> None:
@@ -87,6 +101,12 @@ BROKEN = {
     "no focal length": (lambda text: text.replace("P2: 700", "P2: 0"), "P2 has focal", 3),
     "telescope": (lambda text: text.replace("P2: 700", "P2: 7e7"), "P2 has focal", 3),
     "third row": (lambda text: text.replace("0 0 1 0", "0 0 2 0", 1), "P0 has a third row", 1),
+    "skew": (lambda text: text.replace("P2: 700 0", "P2: 700 400"), "P2 has a skew of 400", 3),
+    "sideways skew": (
+        lambda text: re.sub(r"(P2: \S+ \S+ \S+ \S+) 0 ", r"\1 3 ", text),
+        "P2 has a skew of 0 and 3",
+        3,
+    ),
     "far camera": (lambda text: text.replace("-378", "-9e6"), "P1 stands more", 2),
     "far LiDAR": (lambda text: text.replace("-0.08", "1001"), "tr_velo_to_cam moves", 6),
 }
@@ -116,11 +136,12 @@ def test_any_text_gives_a_data_error(tmp_path: Path, text: str) -> None:
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.floats(-90, 90), min_size=48, max_size=48), st.integers(4, 6))
 def test_written_calibrations_come_back(tmp_path: Path, numbers: list[float], count: int) -> None:
-    # Random focal lengths, principal points, skews and places; the third row is what it must be.
+    # Random focal lengths, principal points and places; the third row is what it must be.
     projections = np.array(numbers[: 8 * count]).reshape(count, 2, 4)
     third = np.broadcast_to([0.0, 0.0, 1.0, 0.01], (count, 1, 4))
     projections = np.concatenate([projections, third], axis=1)
     projections[:, 0, 0], projections[:, 1, 1] = 700 + projections[:, 0, 0], 710.0
+    projections[:, 0, 1] = projections[:, 1, 0] = 0.0
     rig = Calibration(
         projections=projections,
         r0_rect=np.eye(3),

@@ -135,6 +135,23 @@ def test_numbers_that_no_primitive_has(field: str, place: str, tmp_path: Path) -
             read_primitives(tmp_path / "broken.xml")
 
 
+@pytest.mark.parametrize("unit", ["second", "", "deci-seconds"])
+def test_a_duration_of_another_unit(unit: str, tmp_path: Path) -> None:
+    """Five seconds were read as five tenths of one."""
+    path = tmp_path / "some.xml"
+    write_primitives(generate_primitives((6.0,), steering_angles=3), path)
+    tree = ElementTree.parse(path)
+    found = tree.find("Trajectories/Trajectory/Duration")
+    assert found is not None
+    found.set("unit", unit)
+    tree.write(path)
+    with pytest.raises(DataError, match=r"some\.xml:.*unit of <Duration>.*deci-second"):
+        read_primitives(path)
+    del found.attrib["unit"]
+    tree.write(path)
+    read_primitives(path)
+
+
 @pytest.mark.parametrize(
     ("place", "text"),
     [

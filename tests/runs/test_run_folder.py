@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import math
 import os
 import re
+import shutil
 import sqlite3
 from pathlib import Path
 from types import ModuleType
@@ -16,8 +18,9 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
 from avsec_gym.runs.cell_worker import Done, Failed
 from avsec_gym.runs.experiment import (
     Cell,
@@ -26,8 +29,10 @@ from avsec_gym.runs.experiment import (
     DetectionRow,
     EpisodeRow,
     Measurement,
+    with_defaults,
 )
 from avsec_gym.runs.fingerprints import fingerprint
+from avsec_gym.runs.manifest import MANIFEST
 from avsec_gym.runs.rows import rows_of
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
@@ -216,3 +221,33 @@ def test_a_fingerprint_sees_texts_whole_and_pictures_by_their_sizes(tmp_path: Pa
     assert fingerprint(root) == fingerprint(root / "manifest.json")
     with pytest.raises(DataError, match="not there"):
         fingerprint(tmp_path / "nothing")
+
+
+def test_options_that_no_run_takes_are_no_runs(run: RunFolder, tmp_path: Path) -> None:
+    """`avsec report` computes with them: null and -1 were raw errors of types."""
+    manifest = json.loads((run.path / MANIFEST).read_text())
+    asked = next(iter(manifest["experiments"].values()))
+    folder = tmp_path / "other"
+    shutil.copytree(run.path, folder)
+
+    def opened(name: str, options: dict[str, Any]) -> RunFolder:
+        manifest["experiments"] = {name: asked}
+        manifest["configuration"]["options"] = options
+        (folder / MANIFEST).write_text(json.dumps(manifest))
+        return RunFolder.open(folder)
+
+    refused = 0
+    for number, name in enumerate(EXPERIMENTS):
+        known = experiment(name)
+        # Options of other releases are left alone.
+        assert opened(name, {**known.options, "of_another_release": None}).experiments == (name,)
+        typed = [option for option, default in known.options.items() if default is not None]
+        for option in typed[number % max(1, len(typed)) :][:1]:
+            bad = -1 if number % 2 and isinstance(known.options[option], list | str) else None
+            with pytest.raises(ConfigurationError) as error:
+                with_defaults(Configuration(options={option: bad}), [known])
+            with pytest.raises(DataError, match=re.escape(str(error.value))) as caught:
+                opened(name, {option: bad})
+            assert caught.value.path == str(folder / MANIFEST)
+            refused += 1
+    assert refused > 10

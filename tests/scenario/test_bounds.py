@@ -6,6 +6,7 @@ import math
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.road import Lanelet, Road, straight_lanes
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle
+from tests.strange_values import STRANGE
 
 NEVER = (math.nan, math.inf, -math.inf, 1e300, -1e300)
 ABOVE_ZERO = {"length", "width", "radius", "dt"}
@@ -283,3 +285,30 @@ def test_intervals_of_a_file_that_end_before_they_begin(tmp_path: Path) -> None:
         tree.write(tmp_path / "broken.xml")
         with pytest.raises(DataError, match=r"broken\.xml"):
             read_commonroad(tmp_path / "broken.xml")
+
+
+def test_rectangles_of_lists_are_those_of_arrays() -> None:
+    rows = [[9, 1, 0.1], [20, 0, 0]], [4, 4.5], [2, 1.8], [0, 3]
+    listed = Obstacles.rectangles(*rows, last_step=3)  # type: ignore[arg-type]
+    arrays = Obstacles.rectangles(*(np.array(row, float) for row in rows), last_step=3)
+    for field in fields(Obstacles):
+        np.testing.assert_array_equal(getattr(listed, field.name), getattr(arrays, field.name))
+    assert not len(Obstacles.rectangles([], [], []))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["poses", "length", "width", "speed"])
+def test_rectangles_of_anything_else_are_refused_by_name(name: str) -> None:
+    fit = {"poses": np.zeros((2, 3)), **dict.fromkeys(("length", "width", "speed"), np.ones(2))}
+    for value in STRANGE:
+        with suppress(PlanningError):
+            Obstacles.rectangles(**(fit | {name: value}))
+    for value in (5, "ab", ["1", "2"], [None, 1], [[1], [2, 3]], [True, False], np.ones((2, 2))):
+        with pytest.raises(PlanningError, match=rf"(?s){name}s? of obstacles .*list of numbers"):
+            Obstacles.rectangles(**(fit | {name: value}))
+
+
+@pytest.mark.parametrize("make", [Polygon, lambda points: Lanelet(1, points, points)])
+def test_points_of_anything_else_are_refused(make: Callable[[Any], object]) -> None:
+    for value in STRANGE:
+        with suppress(PlanningError):
+            make(value)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from copy import deepcopy
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ import pytest
 from avsec_gym.errors import DataError
 from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
 from avsec_gym.scenario.commonroad.grammar import GRAMMAR
+from avsec_gym.scenario.commonroad.words import known_words
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 from avsec_gym.scenario.road import Road, straight_lanes
@@ -179,6 +182,94 @@ def test_ids_that_are_none(tree: ElementTree.Element, tmp_path: Path, place: str
     element.set(name, id)
     with pytest.raises(DataError, match=rf"changed\.xml:\d+: the {name} of <"):
         read(tree, tmp_path)
+
+
+def words(element: ElementTree.Element) -> Iterator[tuple[str, Callable[[str], None]]]:
+    """Each word in and on an element, and what writes another one in its place."""
+    for name, value in element.attrib.items():
+        if not value.lstrip("-").isdigit():
+            yield value, partial(element.set, name)
+    text = (element.text or "").strip()
+    if text and not re.fullmatch(r"-?[\d.]+(e-?\d+)?", text):
+        yield text, partial(setattr, element, "text")
+
+
+def with_every_word(tree: ElementTree.Element) -> ElementTree.Element:
+    lane = tree.find("lanelet")
+    assert lane is not None
+    for name, word in (("userOneWay", "car"), ("userBidirectional", "bicycle")):
+        ElementTree.SubElement(lane, name).text = word
+    for side in ("leftBound", "rightBound"):
+        bound = lane.find(side)
+        assert bound is not None
+        if bound.find("lineMarking") is None:
+            ElementTree.SubElement(bound, "lineMarking").text = "dashed"
+    return tree
+
+
+@pytest.mark.parametrize("slip", ["{}e", "", "nan", "{}  x", "Opposite"])
+def test_words_that_the_format_does_not_know(
+    tree: ElementTree.Element, tmp_path: Path, slip: str
+) -> None:
+    """A driving direction "samee" was the opposite one, and the road had no way to the goal."""
+    found = set()
+    for _, root, (_, element) in each_changed(with_every_word(tree)):
+        for word, write in words(element):
+            write(slip.format(word))
+            with pytest.raises(
+                DataError, match=rf"(?s)changed\.xml:\d+: .*<{element.tag}.*xpected"
+            ):
+                read(root, tmp_path)
+            write(word)
+            found.add(element.tag)
+    assert found >= {"type", "laneletType", "userOneWay", "userBidirectional", "lineMarking"}
+    assert found >= {"adjacentLeft", "adjacentRight"}
+
+
+@pytest.mark.parametrize(
+    ("place", "name"),
+    [
+        *(("adjacentLeft", name) for name in ("ref", "drivingDir")),
+        *(("adjacentRight", name) for name in ("ref", "drivingDir")),
+        *((place, "ref") for place in ("predecessor", "successor", "trafficSignRef")),
+    ],
+)
+def test_what_a_neighbour_is_known_by_has_to_be_there(
+    tree: ElementTree.Element, tmp_path: Path, place: str, name: str
+) -> None:
+    element, lane = tree.find(f"lanelet/{place}"), tree.find("lanelet")
+    if element is None:
+        assert lane is not None
+        element = ElementTree.SubElement(lane, place, ref="1")
+    del element.attrib[name]
+    with pytest.raises(
+        DataError, match=rf"changed\.xml:\d+: (<{place}> lacks a {name}|the {name} of <{place}>)"
+    ):
+        read(tree, tmp_path)
+
+
+def test_the_formats_own_words_are_known() -> None:
+    """Each enumeration of commonroad-io's schema in what is planned with, word for word."""
+    import commonroad
+
+    path = next(Path(commonroad.__file__).parent.rglob("XML_commonRoad_XSD.xsd"))
+    schema = ElementTree.parse(path).getroot()
+    prefix = "{http://www.w3.org/2001/XMLSchema}"
+    enumerations = {
+        kind.get("name"): {each.get("value") for each in kind.iter(f"{prefix}enumeration")}
+        for kind in schema.iter(f"{prefix}simpleType")
+        if kind.get("name")
+    }
+    asked = set()
+    for owner in schema.iter(f"{prefix}complexType"):
+        if owner.get("name") not in {*GRAMMAR, "bound", "laneletAdjacentRef"}:
+            continue
+        for member in (*owner.iter(f"{prefix}element"), *owner.iter(f"{prefix}attribute")):
+            known = enumerations.get(member.get("type"))
+            if known and member.get("name") != "role":
+                asked.add(str(member.get("name")))
+                assert known <= set(known_words()[str(member.get("name"))]), member.get("name")
+    assert asked == set(known_words())
 
 
 @pytest.mark.parametrize("name", ["group", "staticobstacle", "building", "obstacles"])

@@ -49,7 +49,8 @@ def crowd(*rows) -> Actors:
 
 def test_actors_are_the_ego_vehicle_and_everything_labelled() -> None:
     boxes = labelled((10, 3, 0.2, 1), (25, -4, -1.0, 0))
-    boxes.location[1, 1] = 1.2
+    lower = np.array([[0.0, 0.0, 0.0], [0.0, -0.45, 0.0]])
+    boxes = replace(boxes, location=boxes.location + lower)
     actors = actors_from_boxes(boxes, kitti_rig(), np.array([7.0, 7.0]), np.random.default_rng(0))
     np.testing.assert_allclose(actors.pose, [[0, 0, 0], [10, 3, 0.2], [25, -4, -1.0]], atol=1e-12)
     np.testing.assert_allclose(actors.z, [0.0, 0.0, 0.45], atol=1e-12)

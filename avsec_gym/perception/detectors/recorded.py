@@ -36,7 +36,7 @@ class Replayed:
     """A KITTI result folder of any detector.
 
     Args:
-        detections: The folder, with a file for each frame; a frame without one has no detections.
+        detections: The folder, with a file for each frame, an empty one where nothing was found.
         name: The name of the detector that wrote it; the folder's if None.
 
     Raises:
@@ -58,11 +58,17 @@ class Replayed:
         """The content of the file of the frame's id.
 
         Raises:
-            DataError: The file is broken, or holds 2D boxes alone, by which no car can drive.
+            DataError: The file is missing or broken, or holds 2D boxes alone, by which no car can
+                drive.
         """
         path = self._folder / f"{frame.id}.txt"
         if not is_file(path):
-            return Boxes3D.empty()
+            raise DataError(
+                f"Frame {frame.id} has no result file here: what was found is not known.",
+                path=path,
+                remedy="Replay the results of these very frames; a frame in which nothing was found"
+                " has an empty file.",
+            )
         found = read_detections(path)
         if is_image_only(found).any():
             raise DataError(

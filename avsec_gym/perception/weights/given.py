@@ -94,6 +94,11 @@ def card_of(weights: Weights, name: str) -> ModelCard | None:
     return read_card(shipped_weights(name) if weights == SHIPPED else weights)
 
 
+def names_of_shipped_weights() -> list[str]:
+    """The names that `shipped_weights` takes, sorted."""
+    return sorted(path.stem for path in Path(__file__).parent.glob("*.safetensors"))
+
+
 def shipped_weights(name: str) -> Path:
     """The package's file of weights.
 

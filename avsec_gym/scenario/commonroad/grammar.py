@@ -73,7 +73,7 @@ between alternatives; the order does not count.  Elements that are not here hold
 element, as those do for which nothing is written.
 """
 
-_NOT_PLANNED_WITH = {
+NOT_PLANNED_WITH = {
     "location", "scenarioTags", "trafficSign", "trafficLight", "intersection", "stopLine",
     "initialSignalState", "signalSeries", "wheelbase",
 }  # fmt: skip
@@ -131,7 +131,7 @@ def check_elements(root: Element) -> None:
             _check_counts(element, content)
             sound.add(sequence)
         for child in children:
-            if child.name not in _NOT_PLANNED_WITH:
+            if child.name not in NOT_PLANNED_WITH:
                 check(child, name)
 
     check(root, "")

@@ -15,6 +15,7 @@ from avsec_gym.scenario.commonroad.format import MARK, finite, import_quietly, p
 from avsec_gym.scenario.commonroad.grammar import check_elements
 from avsec_gym.scenario.commonroad.obstacle_forms import as_read, with_named_roles
 from avsec_gym.scenario.commonroad.quantities import check_numbers
+from avsec_gym.scenario.commonroad.words import check_words
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
@@ -46,6 +47,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
     root = with_named_roles(_checked_root(read_plain_xml(path)))
     check_elements(root)
     check_numbers(root)
+    check_words(root)
     _check_ids(root)
     content = as_bytes(as_read(root))
     try:

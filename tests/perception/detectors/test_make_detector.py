@@ -66,11 +66,15 @@ def test_what_stands_up_in_a_scan_needs_no_file() -> None:
         make_detector({"name": "scan_obstacles", "step": 0.0})
 
 
-def test_result_files_are_replayed_and_a_missing_one_is_nothing(tmp_path: Path) -> None:
+def test_result_files_are_replayed_and_an_empty_one_is_nothing(tmp_path: Path) -> None:
     (tmp_path / "000007.txt").write_text(LABEL + " 0.8\n")
     replayed = make_detector({"name": "replayed", "detections": str(tmp_path)})
     assert replayed.detect(frame(None)).score.tolist() == [0.8]
-    (tmp_path / "000007.txt").unlink()
+    (tmp_path / "000007.txt").write_text("")
     assert len(replayed.detect(frame(None))) == 0
+    # Without a file, a wrong folder would be a detector that is blind.
+    (tmp_path / "000007.txt").rename(tmp_path / "000008.txt")
+    with pytest.raises(DataError, match=r"(?s)000007\.txt.*has an empty file"):
+        replayed.detect(frame(None))
     with pytest.raises(DataError, match="no such folder"):
         make_detector({"name": "replayed", "detections": str(tmp_path / "nowhere")})
