@@ -477,7 +477,7 @@ def test_plan_draws_pictures(
     ("arguments", "code", "says"),
     [
         ([], BAD_USAGE, "commonroad"),
-        (["{folder}"], BAD_USAGE, "at least one commonroad"),
+        (["{folder}"], BAD_DATA, "no commonroad xml file"),
         (["{problems}", "--planner", "rrt"], BAD_USAGE, "rrt"),
         (["{problems}", "--mode", "fast"], BAD_USAGE, "fast"),
         (["{problems}", "--node-limit", "0"], BAD_USAGE, "--node-limit"),

@@ -55,7 +55,7 @@ def test_an_attack_leaves_the_frame_as_it_was(calibration: Calibration) -> None:
         assert attacked.id == frame.id
 
 
-@pytest.mark.parametrize("entry", [(0, 0), (1, 1), (0, 2), (1, 2), (0, 1), (1, 0)], ids=str)
+@pytest.mark.parametrize("entry", [(0, 0), (1, 1), (0, 2), (1, 2)], ids=str)
 def test_cameras_that_are_not_rectified_to_each_other_are_no_pair(
     calibration: Calibration, entry: tuple[int, int]
 ) -> None:

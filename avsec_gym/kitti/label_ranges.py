@@ -18,8 +18,8 @@ HIGHEST = 100.0
 LARGEST_LABEL = np.array([10.0, 10.0, 50.0])
 """Height, width, length, metres: KITTI's largest are a truck of 4.2 x 3.0 m, a tram of 35.2 m."""
 
-LARGEST_RESULT = 2 * LARGEST_LABEL
-"""The same of a detector's results: it may be wrong, by as much again."""
+LARGEST_RESULT = np.array([20.0, 100.0, 100.0])
+"""The same of a detector's results: it may be wrong by as much again, and take width for length."""
 
 _UNKNOWN_ANGLE = -10.0
 # KITTI gives angles in [-pi, pi], rounded. Detectors add some without taking turns off: their

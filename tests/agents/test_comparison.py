@@ -20,7 +20,7 @@ from avsec_gym.agents.learner import has_batches, single
 from avsec_gym.agents.rules import NUMBER, rules_of
 from avsec_gym.agents.search import SearchBudget, best_constant, evolved, random_actions
 from avsec_gym.envs.drivers import driver_of
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.interquartile_mean import interquartile_mean
 from avsec_gym.metrics.intervals import wilson_interval
 
@@ -220,7 +220,7 @@ def test_a_comparison_can_be_made_again() -> None:
 
 
 def test_names_of_agents_are_suggested() -> None:
-    with pytest.raises(DataError, match='Did you mean "ghost_place"'):
+    with pytest.raises(ConfigurationError, match='Did you mean "ghost_place"'):
         load_agent("ghost_places")
 
 

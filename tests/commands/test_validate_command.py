@@ -295,7 +295,7 @@ def test_what_cannot_be_is_refused(
         (["--attack", '{"name": "faculla", "camera": 1}'], "no optical attack named 'faculla'"),
         (["--attack", '{"name": "facula", "camera": 7}'], "attacks 7; the sensors lidar 2 1 0"),
         (["--attack", '{"name": "thesis", "sensors": []}'], "attacks no sensor"),
-        (["--attack", ""], "no optical attack named ''"),
+        (["--attack", ""], "avsec validate --attack: a path or value is empty"),
         (["--depth", '{"name": "sgbm", "blocks": 1}'], "no argument 'blocks'"),
         (["--depth", '{"name": "sgbm", "nearest": -1}'], "nearest takes a number from 0.01"),
     ],

@@ -287,7 +287,7 @@ def test_labels_have_sizes_of_vehicles(tmp_path: Path, sizes: str) -> None:
     # A detector may be wrong, but not by any length; the largest of KITTI's trams are read.
     path = write(tmp_path, f"{line} 0.5")
     if sizes.startswith("300"):
-        with pytest.raises(DataError, match=r":1: A Car measures .*; 20 x 20 x 100 m is the most"):
+        with pytest.raises(DataError, match=r":1: A Car measures .*; 20 x 100 x 100 m is the most"):
             read_detections(path)
     else:
         assert len(read_detections(path)) == 1

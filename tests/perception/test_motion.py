@@ -245,7 +245,7 @@ def test_classifies_with_and_without_earlier_frames() -> None:
         probabilities = classifier.probabilities(boxes, seen)
         assert ((probabilities > 0) & (probabilities < 1)).all()
         assert found.moving is not None
-        assert found.location is boxes.location
+        np.testing.assert_array_equal(found.location, boxes.location)
     nothing = classifier.classify(Boxes3D.empty(), frame)
     assert nothing.moving is not None
     assert nothing.moving.shape == (0,)

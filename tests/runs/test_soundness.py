@@ -224,7 +224,8 @@ def test_reading_leaves_no_files_beside_the_results(
 ) -> None:
     expected, refused = rows(sound), 0
     content, randomness = sound.read_bytes(), random.Random(1)
-    monkeypatch.setattr(run_folder, "read_manifest", lambda _: {})
+    manifest = {"experiments": [], "configuration": {"options": {}}}
+    monkeypatch.setattr(run_folder, "read_manifest", lambda _: manifest)
     for number in range(60):
         sound.write_bytes(content if number == 0 else mutated(bytearray(content), randomness))
         written = sound.read_bytes()

@@ -103,8 +103,9 @@ def objects_of(part: str, number: int) -> CellResult:
         if number % 2:
             high = found(2)
             assert high.box2d is not None
-            high.box2d[0, 3] += 60.0
-            boxes[seen_setting(part, 2, False, 2)] = high
+            taller = high.box2d.copy()
+            taller[0, 3] += 60.0
+            boxes[seen_setting(part, 2, False, 2)] = replace(high, box2d=taller)
     return CellResult((), [DetectionRow(name, id, found) for name, found in boxes.items()], rows)
 
 
