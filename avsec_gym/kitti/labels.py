@@ -13,7 +13,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from avsec_gym.boxes import Boxes3D
+from avsec_gym.boxes import LARGEST_ANGLE, Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.image_only import (
@@ -39,6 +39,7 @@ LARGEST_NUMBER = 1e6
 
 _LABEL_COLUMNS, _RESULT_COLUMNS = 15, 16
 _DIMENSIONS, _LOCATION, _ROTATION = slice(7, 10), slice(10, 13), 13
+_ANGLES = [2, _ROTATION]
 _REMEDY = "Correct the line, or fetch the file again from where it came."
 _GROUPED_DIGITS = re.compile(r"[0-9]_[0-9]")
 
@@ -175,6 +176,8 @@ def _plausible(names: list[str], values: Floats, columns: int, columns_before: i
         return False
     if (values[:, 5:7] < values[:, 3:5]).any():
         return False
+    if (np.abs(values[:, _ANGLES]) > LARGEST_ANGLE).any():  # Of placeholders, too: they are kept.
+        return False
     objects = values[[name != DONT_CARE for name in names]]
     result, tracking = columns == _RESULT_COLUMNS, columns_before > 0
     sized = bool((objects[:, _DIMENSIONS] > 0).all())
@@ -229,6 +232,9 @@ def _check_line(
         )
     result, tracking = columns == _RESULT_COLUMNS, columns_before > 0
     if row[0] == DONT_CARE:  # Placeholders, but for its 2D box.
+        for angle in (values[column] for column in _ANGLES):
+            if abs(angle) > LARGEST_ANGLE:
+                refuse(f"An angle of a {row[0]} is {angle:g}; it is -10 where there is none.")
         values = [-1.0, -1.0, -10.0, *values[3:7], *[-1.0] * 6, -10.0]
     if problem := impossibility(row[0], values, result=result, tracking=tracking):
         refuse(problem)

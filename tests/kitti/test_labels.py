@@ -278,6 +278,17 @@ def test_what_cannot_be_is_refused(tmp_path: Path, column: int, value: str) -> N
         assert "of a Car" in caught.value.problem or "A Car" in caught.value.problem
 
 
+@pytest.mark.parametrize("column", [3, 14])
+def test_a_region_of_no_care_has_no_angle_of_a_thousand_turns(tmp_path: Path, column: int) -> None:
+    """Its numbers are placeholders, and are kept on request; but Boxes3D takes no such angle."""
+    words = "DontCare -1 -1 -10 500 160 580 230 -1 -1 -1 -1000 -1000 -1000 -10".split()
+    read_labels(write(tmp_path, " ".join(words)), keep_dont_care=True)
+    words[column] = "-10000"
+    path = write(tmp_path, f"{GOOD}\n{' '.join(words)}\n")
+    with pytest.raises(DataError, match=r":2: An angle of a DontCare is -10000"):
+        read_labels(path, keep_dont_care=True)
+
+
 @pytest.mark.parametrize("sizes", ["300 300 900", "10.1 1.6 4", "1.5 10.1 4", "1.5 1.6 50.1"])
 def test_labels_have_sizes_of_vehicles(tmp_path: Path, sizes: str) -> None:
     line = " ".join([*CAR[:8], sizes, *CAR[11:]])
