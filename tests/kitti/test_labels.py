@@ -281,7 +281,8 @@ def test_what_cannot_be_is_refused(tmp_path: Path, column: int, value: str) -> N
 @pytest.mark.parametrize("column", [3, 14])
 def test_a_region_of_no_care_has_no_angle_of_a_thousand_turns(tmp_path: Path, column: int) -> None:
     """Its numbers are placeholders, and are kept on request; but Boxes3D takes no such angle."""
-    words = "DontCare -1 -1 -10 500 160 580 230 -1 -1 -1 -1000 -1000 -1000 -10".split()
+    box = GOOD.split()[4:8]
+    words = ["DontCare", "-1", "-1", "-10", *box, *["-1"] * 3, *["-1000"] * 3, "-10"]
     read_labels(write(tmp_path, " ".join(words)), keep_dont_care=True)
     words[column] = "-10000"
     path = write(tmp_path, f"{GOOD}\n{' '.join(words)}\n")
