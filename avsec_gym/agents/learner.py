@@ -12,9 +12,18 @@ import gymnasium as gym
 import avsec_gym
 from avsec_gym.agents.algorithms import algorithm_class, plain_arguments, policy_named
 from avsec_gym.agents.configuration import AgentConfiguration
+from avsec_gym.agents.kept_steps import check_kept_steps
 from avsec_gym.errors import ConfigurationError
 
-_UNFIT = (TypeError, ValueError, AssertionError, RuntimeError, AttributeError, ArithmeticError)
+_UNFIT = (
+    TypeError,
+    ValueError,
+    AssertionError,
+    RuntimeError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+)
 """What the libraries raise of arguments that do not fit."""
 
 
@@ -26,19 +35,22 @@ def make_learner(configuration: AgentConfiguration, seed: int) -> Any:
         seed: Seed of its weights, its exploration and its environments.
 
     Raises:
-        ConfigurationError: The arguments do not fit the algorithm or the environment.
+        ConfigurationError: The arguments do not fit the algorithm or the environment, or what the
+            algorithm keeps to learn from takes more than half of the machine's memory.
     """
     from stable_baselines3.common.utils import set_random_seed
 
     set_random_seed(seed)
     environments = training_environments(configuration)
     try:
+        arguments = plain_arguments(configuration.arguments, configuration.algorithm)
+        check_kept_steps(configuration, arguments, environments.observation_space)
         return algorithm_class(configuration.algorithm)(
             policy_named(configuration.policy),
             environments,
             seed=seed,
             device="cpu",
-            **plain_arguments(configuration.arguments, configuration.algorithm),
+            **arguments,
         )
     except _UNFIT as error:
         raise _unfit(configuration, error) from error

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 import threading
 import time
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache
-from typing import Any, NamedTuple, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, Protocol
 
 from avsec_gym.argument_checks import flag, keep_checked, number, shown, whole_number
 from avsec_gym.errors import ConfigurationError, PlanningError
@@ -25,15 +20,8 @@ from avsec_gym.planners.plan import Plan, Reason, Status
 from avsec_gym.planners.primitives import MotionPrimitives, suitable_primitives
 from avsec_gym.planners.problem import Problem, problem_of
 from avsec_gym.planners.search import EXHAUSTED, FOUND, FULL, PAUSED, advance, refuse_the_rest
-from avsec_gym.planners.search_state import (
-    ELAPSED,
-    EXPANDED,
-    GOAL_NODE,
-    SearchState,
-    grown,
-    move,
-    new_state,
-)
+from avsec_gym.planners.search_memory import ROOM, first_memory, more_memory
+from avsec_gym.planners.search_state import SearchState, grown, move, new_state
 from avsec_gym.planners.search_tree import search_tree
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 
@@ -41,14 +29,9 @@ _FIRST_SLICE, _SLICE = 256, 1e-3
 """Nodes to expand before the first look at the clock, and seconds between two looks."""
 _LEAST_TIME = 1e-9
 """Seconds: a limit of 0 would plan nothing."""
-_ROOM = 2048
-"""Nodes to make room for at first."""
-_MOST_KEPT = 2**19
-"""Nodes up to which a thread keeps memory for later searches: at most 92 MB for all sizes, and 84
-MB for those of reference mode."""
 _FEW = 16
 """So many obstacles are faster kept than sorted out."""
-_memories = threading.local()
+_of_this_thread = threading.local()
 
 
 class Algorithm(StrEnum):
@@ -157,22 +140,15 @@ class MotionPrimitivePlanner:
             _load_kernels(problem, asked, world)
             begun = time.perf_counter()
         # Search.
-        outcome, trajectory, state = self._search(problem, asked, world, begun)
-        expanded, tree = int(state.counters[EXPANDED]), None
+        outcome, trajectory, cost, expanded, state = self._search(problem, asked, world, begun)
+        tree = None
         if self.keep_tree:
             refuse_the_rest(problem, world, state)
             tree = search_tree(state, problem.limits.centre_offset)
-        seconds = time.perf_counter() - begun
+        seconds, speed = time.perf_counter() - begun, problem.speed
         if outcome == FOUND:
             return Plan(
-                Status.FOUND,
-                trajectory,
-                start.step,
-                problem.speed,
-                float(state.pose[state.counters[GOAL_NODE], ELAPSED]),
-                expanded,
-                seconds,
-                tree=tree,
+                Status.FOUND, trajectory, start.step, speed, cost, expanded, seconds, tree=tree
             )
         # Nothing was found: proven, or given up; and why.
         status = Status.EXHAUSTED if outcome == EXHAUSTED else Status.LIMIT
@@ -194,7 +170,7 @@ class MotionPrimitivePlanner:
                 reason = Reason.MEMORY
         return Plan(
             status,
-            start_speed=problem.speed,
+            start_speed=speed,
             expanded=expanded,
             seconds=seconds,
             reason=reason,
@@ -233,96 +209,50 @@ class MotionPrimitivePlanner:
 
     def _search(
         self, problem: Problem, asked: Any, world: CollisionWorld, begun: float
-    ) -> tuple[int, Floats, SearchState]:
+    ) -> tuple[int, Floats, float, int, SearchState]:
         """Search in slices of about a millisecond, looking at the clock in between.
 
         The last slice is as long as the time that is left.
 
         Returns:
-            FOUND, EXHAUSTED, PAUSED (at a limit) or FULL (no memory is left); the trajectory, the
-            nodes.
+            FOUND, EXHAUSTED, PAUSED (at a limit) or FULL (no memory is left); the trajectory, its
+            cost in seconds, how many nodes were expanded; all nodes.
         """
-        memory = _empty_memory(problem.reference)
+        memory, around = first_memory(problem.reference), _handle_on(world)
         nodes, pace, paused = _FIRST_SLICE, _FIRST_SLICE / _SLICE, time.perf_counter()
-        expanded, around = 0, tuple(world)
+        expanded, begins = 0, True
         while True:
             left_in_time = max(1.0, pace * (begun + self.time_limit - paused))
             budget = int(min(nodes, self.node_limit - expanded, left_in_time))
-            outcome, trajectory = advance(asked, around, memory.handle, budget)
+            outcome, trajectory, cost, expanded = advance(
+                asked, around, memory.handle, budget, begins
+            )
             if outcome in (FOUND, EXHAUSTED):
-                return outcome, trajectory, memory.state
-            now, expanded = time.perf_counter(), int(memory.state.counters[EXPANDED])
+                return outcome, trajectory, cost, expanded, memory.state
+            now, begins = time.perf_counter(), False
             if now - begun > self.time_limit or expanded >= self.node_limit:
-                return PAUSED, trajectory, memory.state
+                return PAUSED, trajectory, cost, expanded, memory.state
             if outcome == FULL:
                 try:
-                    memory = _more_memory(memory.state, problem.primitives.end_class)
+                    memory = more_memory(memory.state, problem.primitives.end_class)
                 except MemoryError:
-                    return FULL, trajectory, memory.state
+                    return FULL, trajectory, cost, expanded, memory.state
             else:
                 pace = budget / (now - paused)
                 nodes = min(2 * nodes, max(1, int(pace * _SLICE)))
             paused = time.perf_counter()
 
 
-class _Memory(NamedTuple):
-    state: SearchState
-    handle: Any
-
-
-def _memory_of(state: SearchState) -> _Memory:
-    return _Memory(state, handle_of(state))
-
-
-def _empty_memory(reference: bool) -> _Memory:
-    """Where this thread's searches begin; the next one overwrites what is in it."""
-    kept: dict[bool, _Memory] = vars(_memories).setdefault("kept", {})
-    memory = kept.get(reference)
-    if memory is None:
-        memory = _memory_of(new_state(_ROOM, 2 if reference else _ROOM))
-        kept[reference] = memory
-    memory.state.counters.fill(0)
-    memory.state.table.fill(-1)
-    return memory
-
-
-def _more_memory(state: SearchState, end_class: NDArray[np.int64]) -> _Memory:
-    """`grown`, into what an earlier search of this thread left: new memory costs most of the time.
-
-    Each size is kept apart, so that small searches have small memory to empty.
-
-    Raises:
-        MemoryError: There is none; what was there is as it was.
-    """
-    nodes, slots = 2 * len(state.key), 2 * len(state.table)
-    if nodes > _MOST_KEPT:
-        if 2 * sum(array.nbytes for array in state) > _most_bytes():
-            raise MemoryError
-        # Not in the kernel, which would keep a part of it where the rest cannot be had.
-        more = new_state(nodes, slots)
-        move(state, more, end_class)
-        return _memory_of(more)
-    kept: dict[tuple[int, int], _Memory] = vars(_memories).setdefault("larger", {})
-    if (nodes, slots) not in kept:
-        kept[nodes, slots] = _memory_of(new_state(nodes, slots))
-    move(state, kept[nodes, slots].state, end_class)
-    return kept[nodes, slots]
-
-
-@cache
-def _most_bytes() -> float:
-    """For the nodes of a search: half of the machine's memory, where the system states it.
-
-    Systems hand out more than they have, and then end the process that uses it.
-    """
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2
-    except (AttributeError, OSError, ValueError):
-        return math.inf
+def _handle_on(world: CollisionWorld) -> Any:
+    """A handle on a world; this thread's last one where it is planned in again."""
+    last: tuple[CollisionWorld, Any] | None = getattr(_of_this_thread, "world", None)
+    if last is None or last[0] is not world:
+        last = _of_this_thread.world = world, handle_of(world)
+    return last[1]
 
 
 def _load_kernels(problem: Problem, asked: Any, world: CollisionWorld) -> None:
     """Compile them, or load them from disk: once in a process, and no part of a search's time."""
-    state, end_class = new_state(_ROOM, 2), problem.primitives.end_class
-    advance(asked, tuple(world), handle_of(state), 0)
+    state, end_class = new_state(ROOM, 2), problem.primitives.end_class
+    advance(asked, handle_of(world), handle_of(state), 0, True)
     move(state, grown(state, end_class), end_class)

@@ -68,23 +68,31 @@ The first two are pauses."""
 
 
 @kernel(nogil=True)
-def advance(asked: Any, world: Any, memory: Any, budget: int) -> tuple[int, Floats]:
+def advance(
+    asked: Any, around: Any, memory: Any, budget: int, begins: bool
+) -> tuple[int, Floats, float, int]:
     """Search on, as `search` does; how Python calls it.
 
     Args:
         asked: Handle on a `Problem`.
-        world: A `CollisionWorld`, as a plain tuple, which numba reads in half the time.
+        around: Handle on a `CollisionWorld`.
         memory: Handle on a `SearchState`.
         budget: Most expansions in this call.
+        begins: Forget what is in the memory first.
 
     Returns:
-        What `search` returns, and the trajectory, shape (T, 5), without rows if nothing was found.
+        What `search` returns; the trajectory, shape (T, 5), without rows if nothing was found; its
+        cost, seconds, nan if nothing was found; how many nodes are expanded.
     """
     problem, state = asked.content, memory.content
-    outcome = search(problem, CollisionWorld(*world), state, budget)
+    if begins:
+        begin(state)
+    outcome = search(problem, around.content, state, budget)
+    expanded = state.counters[EXPANDED]
     if outcome != FOUND:
-        return outcome, np.empty((0, 5))
-    return outcome, trajectory_to(state.counters[GOAL_NODE], problem, state)
+        return outcome, np.empty((0, 5)), np.nan, expanded
+    goal = state.counters[GOAL_NODE]
+    return outcome, trajectory_to(goal, problem, state), state.pose[goal, ELAPSED], expanded
 
 
 @kernel(nogil=True)
