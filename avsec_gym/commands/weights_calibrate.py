@@ -112,7 +112,7 @@ class WeightsCalibrate:
         ]
         measured = replace(
             card,
-            metrics=_precision_anew(card.metrics, labels, scored),
+            metrics=_precision_anew(card.metrics, labels, scored, kind),
             data={**card.data, "calibration": [described(DataFrames(data, tuple(ids)))]},
         )
         write_card(self.file, measured)
@@ -149,10 +149,11 @@ def _configuration(card: ModelCard) -> dict[str, str]:
 
 
 def _precision_anew(
-    metrics: Mapping[str, float], labels: Sequence[Boxes3D], found: Sequence[Boxes3D]
+    metrics: Mapping[str, float], labels: Sequence[Boxes3D], found: Sequence[Boxes3D], kind: Kind
 ) -> dict[str, float]:
     """The average precisions of a card, percent, as these detections have them."""
-    from avsec_gym.perception.training.precision import precision
+    from avsec_gym.metrics.average_precision import LOW_IOU
+    from avsec_gym.perception.training.precision import half_in_images, precision
 
     names = [name.partition("_") for name in metrics if "_ap" in name]
     measures: dict[str, list[str]] = {}
@@ -160,7 +161,8 @@ def _precision_anew(
         measures.setdefault(category, []).append(measure)
     result: dict[str, float] = {}
     for category, wanted in measures.items():
-        result |= precision(labels, found, category, wanted)
+        easier = half_in_images(category) if kind == Kind.IMAGE_DETECTOR else LOW_IOU
+        result |= precision(labels, found, category, wanted, easier)
     return result
 
 

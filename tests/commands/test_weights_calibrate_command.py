@@ -157,6 +157,31 @@ def test_frames_need_what_the_detector_looks_at_and_no_more(
     assert line(np.array([0.1, 0.05])) == pytest.approx([0.5, 0.1], abs=0.03)
 
 
+class Shifted(InTheImage):
+    """Half of the real boxes a quarter of their width too far right: an overlap of 0.6."""
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        found = super().detect(frame)
+        assert found.box2d is not None
+        moved = found.box2d + (int(frame.id) % 4 == 1) * np.array([7, 0, 7, 0])
+        return image_boxes(moved, found.score, found.category.tolist())
+
+
+def test_the_easier_overlap_in_images_is_a_half(
+    frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(weights_calibrate, "make", lambda kind, what: Shifted())
+    file = tmp_path / "small.safetensors"
+    names = ("Car_2d_ap11", "Car_2d_ap11_iou50")
+    save_weights(file, nn.Linear(1, 1), ModelCard("yolo", metrics=dict.fromkeys(names, 1.0)))
+    assert run(["weights", "calibrate", str(file), "--kitti", str(frames)]) == DONE
+    card = read_card(file)
+    assert card is not None
+    # A quarter and a half of the 40 surer boxes: recalls 0 and 0.1, and 0 to 0.2 of eleven.
+    low, high = (card.metrics[name] for name in names)
+    assert 100 * 2 * 0.25 / 11 - 1 < low < 7 < 100 * 3 * 0.5 / 11 - 1 < high
+
+
 def test_weights_without_a_card_are_refused(
     frames: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

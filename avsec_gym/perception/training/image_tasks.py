@@ -14,12 +14,10 @@ from avsec_gym.metrics.average_precision import MinIou
 from avsec_gym.perception.detectors.faster_rcnn.detector import FasterRcnnDetector
 from avsec_gym.perception.detectors.yolo.detector import YoloDetector
 from avsec_gym.perception.training.detection_task import DetectionTask
+from avsec_gym.perception.training.precision import half_in_images
 from avsec_gym.perception.training.sample import StereoSampleBatch
 from avsec_gym.perception.training.stereo_task import stereo_samples
 from avsec_gym.perception.training.tasks import TaskOptions
-
-_HALF = 0.5
-"""The easier overlap, beside the benchmark's."""
 
 
 def faster_rcnn_task(options: TaskOptions) -> ImageDetectionTask:
@@ -61,7 +59,7 @@ class ImageDetectionTask(DetectionTask[FasterRcnnDetector | YoloDetector]):
 
     def easier(self, category: str) -> MinIou:
         """An overlap of 0.5 instead of the benchmark's, for every category."""
-        return {category: (_HALF, _HALF, _HALF)}
+        return half_in_images(category)
 
 
 def _task(detector: FasterRcnnDetector | YoloDetector, options: TaskOptions) -> ImageDetectionTask:
