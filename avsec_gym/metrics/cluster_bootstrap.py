@@ -29,7 +29,6 @@ from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import rankdata
 
 from avsec_gym.geometry import Floats, Integers
 from avsec_gym.metrics.estimate import Estimate
@@ -223,6 +222,9 @@ def draw_resamples(clusters: int, count: int, seed: int) -> Integers:
 
 def _spearman(pairs: Floats) -> Floats:
     """Of pairs of shape (n, 2, R), shape (R,); NaN where one of the two does not vary."""
+    # Here, since it takes as long to load as all else that rates need.
+    from scipy.stats import rankdata
+
     ranks = rankdata(pairs, axis=0) - (len(pairs) + 1) / 2
     spread = np.sqrt((ranks**2).sum(axis=0))
     with np.errstate(invalid="ignore"):

@@ -47,7 +47,7 @@ IOUS = (0.7, 0.5)
 CAMERA = 2
 NEEDED = ("label_2", "calib", "image_2", "velodyne")
 """Folders in which a frame has a file."""
-_MAKE = "avsec world make --suite mixed --frames 200 --seed 2 --out DIR"
+_MAKE = "avsec world make --suite mixed --frames 200 --assets judge --out DIR"
 
 
 class ScoredNetwork(NamedTuple):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -291,3 +293,13 @@ def test_a_planner_that_does_not_know_what_moves_collides(labelled: SceneSet) ->
                     scene, Intention(cell.intention), motion=Motion.STATIC, planner=planner
                 )
                 assert not shown.truth.static[one.collision_object or 0]
+
+
+def test_the_main_job_begins_without_what_it_does_not_need() -> None:
+    """`scipy.stats` alone takes as long to load as a thousand drives."""
+    code = (
+        "import sys, avsec_gym.evaluation.rates;"
+        "print(*{'torch', 'matplotlib', 'scipy.stats', 'scipy.optimize'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
