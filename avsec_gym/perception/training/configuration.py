@@ -121,7 +121,8 @@ class Machine:
     """
 
     device: str = "cpu"
-    """Device of torch, such as cpu or cuda; DSGN and Stereo R-CNN were tried on a GPU."""
+    """Device of torch, such as cpu or cuda; all but PSMNet and the classifiers were tried on a
+    GPU."""
     loaders: int = 1
     """Threads that prepare the next steps; on a GPU processes."""
     minutes: float | None = None
