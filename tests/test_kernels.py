@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -118,6 +119,16 @@ def test_the_user_s_place_and_places_that_cannot_be_written(package: Path) -> No
     temporary.mkdir()
     assert called(package, TMPDIR=str(temporary)) == (7.0, 0)
     assert any(temporary.rglob("*.nbi"))
+
+
+def test_no_kept_kernel_is_for_a_type_of_the_tests() -> None:
+    """A process that cannot import it could not read what is kept for all others."""
+    kept = []
+    for path in PACKAGE.rglob("*.nbi"):
+        with suppress(FileNotFoundError):  # Other tests remove what is too old.
+            if b"tests." in path.read_bytes():
+                kept.append(path.parent)
+    assert not kept, f"remove these folders, and hand no such type to a kernel: {kept}"
 
 
 def test_every_kernel_is_made_by_the_decorator() -> None:
