@@ -27,6 +27,7 @@ from studies.perception.detector_scores import Interval
 from studies.perception.disparity_accuracy import DisparityAccuracy
 from studies.perception.page_classifiers import classifiers
 from studies.perception.page_errors import examples, metres, reasons
+from studies.perception.page_frames import designs, world_make
 from studies.perception.page_networks import (
     DetectorTimes,
     RankedDetector,
@@ -57,11 +58,6 @@ FILES = {
 Result = TypeVar("Result")
 
 _ANEW = "Make it anew."
-_ASSETS = {
-    "all": "all designs",
-    "train": "the designs that networks are trained on",
-    "judge": "designs that no network was trained on",
-}
 _METRICS = {"2d": "in the image", "bev": "from above", "3d": "in space", "aos": "orientation"}
 
 
@@ -166,15 +162,11 @@ def _head(scores: DetectorPrecision) -> list[str]:
     data, cars = scores.data, scores.data.cars
     where, made = "labelled frames", []
     if data.suite is not None:
-        suite, seed, assets = data.suite, data.seed, data.assets or "all"
         where = (
-            f"frames of the procedural world (suite `{suite}`, seed {seed}, {_ASSETS[assets]},"
-            f" sources {data.fingerprint})"
+            f"frames of the procedural world (suite `{data.suite}`, seed {data.seed},"
+            f" {designs(data)}, sources {data.fingerprint})"
         )
-        made = [
-            f"avsec world make --suite {suite} --frames {data.frames} --seed {seed}"
-            f" --assets {assets} --no-lidar --out HELD_OUT"
-        ]
+        made = [f"{world_make(data)} --no-lidar --out HELD_OUT"]
     return [
         "# What the small detectors reach",
         "",
@@ -308,7 +300,7 @@ def _by_assets(scores: DetectorPrecision) -> list[str]:
         for name, figures in scores.detectors.items()
         for iou, part in (figures.parts or {}).items()
     ]
-    titles = [_ASSETS[data.assets or "all"] for data in (scores.data, other)]
+    titles = [designs(data) for data in (scores.data, other)]
     return [
         "## By assets",
         "",

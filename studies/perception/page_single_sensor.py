@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from avsec_gym.report.markdown_table import interval, markdown_table, number
 from studies.perception.detection_errors import LEVEL
 from studies.perception.detector_scores import Interval
+from studies.perception.page_frames import designs, world_make
 from studies.perception.single_sensor_precision import ScoredSensor, SingleSensorPrecision
 
 _WHERE = {"2d": "in the image", "bev": "from above", "3d": "in space"}
@@ -33,9 +34,10 @@ def single_sensor(result: SingleSensorPrecision) -> list[str]:
     threads = {figures.seconds.threads for figures in result.detectors.values()}
     made, whose = [], ""
     if data.suite is not None:
-        suite, seed = data.suite, data.seed
-        whose = f" of the procedural world (suite `{suite}`, seed {seed})"
-        made = [f"avsec world make --suite {suite} --frames {data.frames} --seed {seed} --out DIR"]
+        whose = (
+            f" of the procedural world (suite `{data.suite}`, seed {data.seed}, {designs(data)})"
+        )
+        made = [f"{world_make(data)} --out DIR"]
     return [
         "## Of one sensor",
         "",

@@ -70,11 +70,17 @@ def test_each_is_scored_in_what_its_sensor_shows(kitti: Path, tmp_path: Path) ->
             assert tuple(precision) == NETWORKS[name].metrics
         assert figures["weights"]["network"] == name
     assert result["data"]["cars"]["moderate"] == 2
-    text = "\n".join(single_sensor(row_of(SingleSensorPrecision, result)))
+    read = row_of(SingleSensorPrecision, result)
+    text = "\n".join(single_sensor(read))
     assert "| `pixor` | LiDAR | from above |" in text
     assert "| `yolo` | camera 2 | in the image |" in text
     assert "None" not in text
     assert {path.name.partition("-")[0] for path in (tmp_path / "found").iterdir()} == set(files)
+    # Frames of the procedural world are made by the command that the page shows.
+    data = replace(read.data, suite="mixed", seed=7, assets="judge", frames=20)
+    text = "\n".join(single_sensor(replace(read, data=data)))
+    assert "avsec world make --suite mixed --frames 20 --seed 7 --assets judge --out DIR" in text
+    assert "seed 7, designs that no network was trained on)" in text
 
 
 class Knows:
