@@ -140,3 +140,11 @@ def test_nothing_to_go_by_leaves_the_exposure_as_it_is() -> None:
     np.testing.assert_array_equal(equally_exposed(dark, image, known).least, dark)
     known = np.zeros((120, 400), bool)
     np.testing.assert_array_equal(equally_exposed(image, image // 2, known).least, image)
+
+
+def test_of_exposures_that_agree_with_as_many_pixels_the_middle_is_taken() -> None:
+    """Of one level, all factors within four levels of it agree."""
+    grey, known = np.full((120, 400, 3), 100, np.uint8), np.ones((120, 400), bool)
+    found = equally_exposed(grey, np.full_like(grey, 120), known)
+    np.testing.assert_allclose(found.least, 120, atol=1)
+    np.testing.assert_allclose(equally_exposed(grey, grey, known).least, 100, atol=1)
