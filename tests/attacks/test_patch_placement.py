@@ -68,6 +68,17 @@ def test_a_centre_beside_the_image_belongs_to_the_third_next_to_it() -> None:
     assert PatchPlace(WIDTH + 9.0, 180, 30.0).intention(WIDTH) is Intention.RIGHT
 
 
+@pytest.mark.parametrize(
+    ("u", "v", "inside"),
+    [
+        (15, 10, True), (189, 89, True), (14.9, 50, False), (189.1, 50, False), (100, 9.9, False),
+        (100, 89.1, False),
+    ],
+)  # fmt: skip
+def test_a_patch_is_inside_up_to_its_rim_in_both_images(u: float, v: float, inside: bool) -> None:
+    assert PatchPlace(u, v, disparity=5.0, radius=10.0).is_inside(100, 200) is inside
+
+
 def test_an_unknown_intention_is_an_error() -> None:
     with pytest.raises(ConfigurationError, match="intention"):
         specific_place(None, CALIBRATION, SIZE, 0)
