@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from dataclasses import dataclass
 from enum import StrEnum
@@ -31,7 +30,6 @@ _LEAST_TIME = 1e-9
 """Seconds: a limit of 0 would plan nothing."""
 _FEW = 16
 """So many obstacles are faster kept than sorted out."""
-_of_this_thread = threading.local()
 
 
 class Algorithm(StrEnum):
@@ -218,7 +216,7 @@ class MotionPrimitivePlanner:
             FOUND, EXHAUSTED, PAUSED (at a limit) or FULL (no memory is left); the trajectory, its
             cost in seconds, how many nodes were expanded; all nodes.
         """
-        memory, around = first_memory(problem.reference), _handle_on(world)
+        memory, around = first_memory(problem.reference), tuple(world)
         nodes, pace, paused = _FIRST_SLICE, _FIRST_SLICE / _SLICE, time.perf_counter()
         expanded, begins = 0, True
         while True:
@@ -243,16 +241,8 @@ class MotionPrimitivePlanner:
             paused = time.perf_counter()
 
 
-def _handle_on(world: CollisionWorld) -> Any:
-    """A handle on a world; this thread's last one where it is planned in again."""
-    last: tuple[CollisionWorld, Any] | None = getattr(_of_this_thread, "world", None)
-    if last is None or last[0] is not world:
-        last = _of_this_thread.world = world, handle_of(world)
-    return last[1]
-
-
 def _load_kernels(problem: Problem, asked: Any, world: CollisionWorld) -> None:
     """Compile them, or load them from disk: once in a process, and no part of a search's time."""
     state, end_class = new_state(ROOM, 2), problem.primitives.end_class
-    advance(asked, handle_of(world), handle_of(state), 0, True)
+    advance(asked, tuple(world), handle_of(state), 0, True)
     move(state, grown(state, end_class), end_class)

@@ -414,9 +414,9 @@ def test_a_search_ends_when_its_time_is_over(monkeypatch: pytest.MonkeyPatch) ->
     MotionPrimitivePlanner("gbfs", "reference").plan(endless())  # Loads the kernels.
     clock = Clock(0.0)
 
-    def timed(asked: Any, around: Any, memory: Any, budget: int, begins: bool) -> Any:
+    def timed(asked: Any, world: Any, memory: Any, budget: int, begins: bool) -> Any:
         before = 0 if begins else expanded_in(memory)
-        found = advance(asked, around, memory, budget, begins)
+        found = advance(asked, world, memory, budget, begins)
         clock.now += 1e-5 * (expanded_in(memory) - before)
         return found
 
