@@ -11,7 +11,12 @@ import shapely
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import Contact, first_contact
 from avsec_gym.metrics.safety import SafetyRates, judge
-from avsec_gym.metrics.swept_contact import TOLERANCE, first_swept_contact
+from avsec_gym.metrics.swept_contact import (
+    TOLERANCE,
+    _deviation,
+    _Steps,
+    first_swept_contact,
+)
 from avsec_gym.planners.plan import Plan, Status
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.obstacles import Obstacles
@@ -147,6 +152,15 @@ def test_no_sampled_contact_is_missed() -> None:
     empty = Obstacles.none()
     assert first_swept_contact(driven(5.0), empty, BMW_320I) is None
     assert first_swept_contact(driven(5.0)[:1], turning(draw), BMW_320I) is None
+
+
+def test_where_both_head_is_no_part_of_how_far_they_are_apart() -> None:
+    """What a corner leaves its straight way by hangs on turns and places, not on headings."""
+    rng = np.random.default_rng(4)
+    own, change, other, other_change = rng.uniform(-3, 3, (4, 20, 3))
+    turned = own + np.array([0.0, 0.0, 100.0])
+    steps = [_Steps(each, change, other, other_change) for each in (own, turned)]
+    np.testing.assert_array_equal(*(_deviation(each, 2.0) for each in steps))
 
 
 def test_other_shapes_and_late_comers() -> None:

@@ -13,6 +13,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.messages.region_message import RegionMessage
+from avsec_gym.validation.connected.rays.claim_message import decode_claims, encode_claims
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, NO_ATTACK
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
@@ -137,6 +138,21 @@ def test_doubled_messages_count_once(ghost: list[VehicleScan]) -> None:
     )
     np.testing.assert_array_equal(doubled.named, once.named)
     assert doubled.bytes_of_vehicles == once.bytes_of_vehicles
+
+
+def test_the_first_of_several_claims_counts(ghost: list[VehicleScan]) -> None:
+    """Who takes a claim back in a second message, the one of no ghost, is named as before."""
+    seen = ConnectedValidator().validate(ghost)
+
+    def line(kind: MessageKind, sender: int, content: bytes) -> list[bytes]:
+        if (kind, sender) != (MessageKind.CLAIMS, _VICTIM):
+            return [content]
+        return [content, encode_claims(decode_claims(content, seen.regions)[:0])]
+
+    twice = ConnectedValidator().validate(ghost, wire=line)
+    assert not twice.traffic.refused
+    np.testing.assert_array_equal(twice.counts, seen.counts)
+    assert twice.accused == seen.accused == (_VICTIM,)
 
 
 def _random(kind: MessageKind, content: bytes) -> bytes:

@@ -48,6 +48,18 @@ def _scan(*parts: np.ndarray) -> np.ndarray:
     return np.c_[places, np.zeros(len(places))].astype(np.float32)
 
 
+def test_it_looks_as_far_along_y_as_along_x() -> None:
+    """A car inside of the reach has its region; beyond, on either axis, it has none."""
+    propose = ClusterProposer(reach=30.0)
+    for x, y, seen in (
+        (20.0, 6.0, True),
+        (6.0, 20.0, True),
+        (36.0, 6.0, False),
+        (6.0, -36.0, False),
+    ):
+        assert len(propose(_scan(_street(), _near_sides(x, y, 0.3)))) == seen
+
+
 @settings(deadline=None, max_examples=25)
 @given(st.floats(-np.pi, np.pi), st.floats(8, 30), st.floats(-np.pi, np.pi))
 def test_a_car_anywhere_around_has_its_region(
