@@ -1,7 +1,8 @@
 """What pyproject.toml cannot say: the README as a package index needs it.
 
 An index shows the README alone, so that its links to pages and pictures of the repository have to
-be whole addresses there: those of the release's tag, which never change.
+be whole addresses there: those of the release's tag, which never change; a tree on its way to the
+next release has no tag yet, and leads to the branch.
 """
 
 import re
@@ -29,10 +30,15 @@ def absolute_links(text: str, tag: str) -> str:
     return re.sub(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)", address, text)
 
 
+def tag_of(version: str) -> str:
+    """The tag of a release; of what is no release, the branch."""
+    return "main" if ".dev" in version else f"v{version}"
+
+
 if __name__ == "__main__":
     setup(
         long_description=absolute_links(
-            (ROOT / "README.md").read_text(encoding="utf-8"), f"v{PROJECT['version']}"
+            (ROOT / "README.md").read_text(encoding="utf-8"), tag_of(PROJECT["version"])
         ),
         long_description_content_type="text/markdown",
     )

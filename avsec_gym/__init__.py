@@ -16,7 +16,7 @@ from avsec_gym.errors import AvsecError, ConfigurationError, DataError, Planning
 from avsec_gym.registration import register_environments
 from avsec_gym.registry import make, register
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
 
 __all__ = [
     "AvsecError",

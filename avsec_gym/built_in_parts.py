@@ -169,9 +169,9 @@ BUILT_IN = {
 }
 """Where each part is made, and with which arguments where none are given."""
 AMBIGUOUS_ATTACKS = {
-    "pgd": "in this version no attack is named 'pgd', since the name changes its meaning: the"
+    "pgd": "in version 0.2 no attack is named 'pgd', since the name changes its meaning: the"
     " thesis' form, whose sum of steps is not projected, is 'thesis_pgd'; the projected form of"
-    " Madry et al. is 'projected_pgd', and 'pgd' from the next version on"
+    " Madry et al. is 'projected_pgd', and 'pgd' from version 0.3 on"
 }
 """Names that change their meaning and stand for nothing meanwhile, with what to write instead."""
 METHODS = {

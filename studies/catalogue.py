@@ -4,7 +4,8 @@ A study of the catalogue has its ``question``; ``minutes`` that its commands tak
 cores, with nothing left of an earlier time; the files that it ``writes``, below studies/results or
 in docs, of which a stale study may lack the JSON that its commands write since; ``commands``, one a
 line.  Its sources are what the commands run and import; ``networks`` and ``also`` are those that
-are named by strings.  ``shows`` names studies whose results its page shows, too.
+are named by strings.  ``shows`` names studies whose results its page shows, too, and
+``explained`` pages of docs that are written by hand about them.
 """
 
 from __future__ import annotations
@@ -62,6 +63,7 @@ def _study(name: str, facts: dict[str, Any]) -> Study:
         steps=tuple(steps),
         sources=tuple(dict.fromkeys(sources)),
         shows=tuple(facts.get("shows", "").split()),
+        explained=tuple(facts.get("explained", "").split()),
     )
 
 

@@ -1,4 +1,4 @@
-"""Parts of pages that are made from results: ``<!-- made: NAME -->`` to ``<!-- /made -->``."""
+"""Parts of pages that are made: ``<!-- made: NAME -->`` to ``<!-- /made -->``, and the remark."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 
 from avsec_gym.errors import DataError
 
+REMARK_BEGIN, REMARK_END = "<!-- sources -->", "<!-- /sources -->"
+REMARK = re.compile(f"\n{REMARK_BEGIN}\n.*?\n{REMARK_END}\n", re.DOTALL)
+"""What is said of a page's sources, below its title."""
 _BLOCK = re.compile(r"<!-- made: (?P<name>[\w ]+) -->\n(?P<text>.*?)<!-- /made -->", re.DOTALL)
 
 
@@ -43,5 +46,7 @@ def with_blocks(page: str, blocks: Mapping[str, Sequence[str]]) -> str:
 
 
 def without_blocks(page: str) -> str:
-    """A page with empty lines in the place of its blocks."""
-    return _BLOCK.sub(lambda found: re.sub(r"[^\n]", "", found[0]), page)
+    """A page with empty lines in the place of its blocks and its remark."""
+    for made in (_BLOCK, REMARK):
+        page = made.sub(lambda found: re.sub(r"[^\n]", "", found[0]), page)
+    return page

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from os.path import relpath
 from pathlib import Path
 
 from avsec_gym.storage.text_files import read_text
 from studies.catalogue import STUDIES, minutes_of_command
+from studies.generated_blocks import REMARK, REMARK_BEGIN, REMARK_END
 from studies.source_states import CURRENT, SourceState
 from studies.study import ROOT, Study
 
 README = ROOT / "studies/README.md"
-
-_BEGIN, _END = "<!-- sources -->", "<!-- /sources -->"
-_REMARK = re.compile(f"\n{_BEGIN}\n.*?\n{_END}\n", re.DOTALL)
 
 _HEAD = """# Studies
 
@@ -34,13 +31,13 @@ other one. A study that has not been made yet has its row and its command here, 
 
 def with_remark(page: str, remark: str) -> str:
     """A page that states something of itself below its title, in place of what it stated before."""
-    title, end, rest = _REMARK.sub("", page, count=1).partition("\n")
-    return f"{title}{end}\n{_BEGIN}\n{remark}\n{_END}\n{rest}"
+    title, end, rest = REMARK.sub("", page, count=1).partition("\n")
+    return f"{title}{end}\n{REMARK_BEGIN}\n{remark}\n{REMARK_END}\n{rest}"
 
 
 def without_remark(page: str) -> str:
     """A page as its study writes it."""
-    return _REMARK.sub("", page, count=1)
+    return REMARK.sub("", page, count=1)
 
 
 def pages(states: Mapping[str, SourceState], root: Path = ROOT) -> dict[Path, str]:
@@ -86,7 +83,7 @@ def called_current(states: Mapping[str, SourceState], root: Path = ROOT) -> list
     changed_since = [STUDIES[name] for name, state in states.items() if state.stale is not False]
     claims = {}
     for name in (name for study in changed_since for name in study.pages):
-        remark = _REMARK.search(_text(root / name))
+        remark = REMARK.search(_text(root / name))
         claims[name] = remark is not None and CURRENT in remark[0]
     index = README.relative_to(ROOT).as_posix()
     rows = [row for row in _text(root / index).splitlines() if CURRENT in row]

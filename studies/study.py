@@ -69,10 +69,13 @@ class Study:
     shows: tuple[str, ...] = ()
     """Studies whose results its page shows, too: they are made before it."""
 
+    explained: tuple[str, ...] = ()
+    """Pages of docs/ that are written by hand about its results."""
+
     @property
     def pages(self) -> list[str]:
-        """The pages among what it writes."""
-        return [name for name in self.writes if name.endswith(".md")]
+        """The pages that stand on it: among what it writes, and those about it."""
+        return [*(name for name in self.writes if name.endswith(".md")), *self.explained]
 
     @property
     def needs(self) -> list[str]:

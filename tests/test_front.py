@@ -11,7 +11,10 @@ from pathlib import Path
 
 import pytest
 import yaml
+from packaging.version import Version
 from setuptools import find_packages
+
+import avsec_gym
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted(
@@ -19,6 +22,8 @@ PAGES = sorted(
     for pattern in ("*.md", "docs/**/*.md", "studies/**/*.md", ".github/**/*.md")
     for page in ROOT.glob(pattern)
 )
+_RELEASE = r"^## (\S+) \((\S+)\)$"
+"""The heading of a release in the changelog: version and date."""
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 
 
@@ -36,11 +41,21 @@ def test_the_floors_are_drawn_as_the_linter_checks_them() -> None:
 
 def test_version_and_date_agree() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
-    newest = re.search(r"^## (\S+) \((\S+)\)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    newest = re.search(_RELEASE, (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert newest is not None
-    version = PROJECT["project"]["version"]
-    assert newest.groups() == (version, str(citation["date-released"]))
-    assert citation["version"] == version
+    assert newest.groups() == (citation["version"], str(citation["date-released"]))
+
+
+def test_the_tree_is_of_the_newest_release_or_on_its_way_to_the_next() -> None:
+    """A tree with unreleased changes has a version of its own, above the newest release's."""
+    text = (ROOT / "CHANGELOG.md").read_text()
+    newest = re.search(_RELEASE, text, re.MULTILINE)
+    assert newest is not None
+    version = Version(PROJECT["project"]["version"])
+    unreleased = re.search(r"^## Unreleased\n+(?=### )", text, re.MULTILINE) is not None
+    assert version.is_devrelease == unreleased
+    assert version > Version(newest[1]) if unreleased else version == Version(newest[1])
+    assert str(version) == avsec_gym.__version__
 
 
 def test_the_wheel_holds_the_package_alone() -> None:
@@ -68,7 +83,8 @@ def test_an_index_shows_a_readme_whose_links_lead_to_the_release() -> None:
     assert spec.loader is not None
     setup = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(setup)
-    text = setup.absolute_links((ROOT / "README.md").read_text(), "v9.9.9")
+    assert setup.tag_of("0.2.0.dev0") == "main"
+    text = setup.absolute_links((ROOT / "README.md").read_text(), setup.tag_of("9.9.9"))
     links = re.findall(r"(!?)\[[^\]]*\]\(([^)\s]+)\)", text)
     own = 0
     for mark, link in links:

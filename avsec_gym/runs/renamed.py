@@ -76,7 +76,7 @@ PARTS: Mapping[str, Mapping[str, str]] = {"pipeline": {"pgd": "thesis_pgd"}}
 """Names by experiment: old name of a part in the run's options -> its name."""
 
 _BOTH_FORMS = (
-    "'pgd' changes its meaning to the projected form of Madry et al., in this version the attack"
+    "'pgd' changes its meaning to the projected form of Madry et al., in version 0.2 the attack"
     " 'projected_pgd'; 'thesis_pgd' is the form of the thesis, which is not projected"
 )
 

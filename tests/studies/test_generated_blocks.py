@@ -6,6 +6,7 @@ import pytest
 
 from avsec_gym.errors import DataError
 from studies.generated_blocks import block_names, with_blocks, without_blocks
+from studies.index import with_remark
 
 PAGE = """# Page
 
@@ -39,6 +40,8 @@ def test_what_is_not_made_is_left_line_by_line() -> None:
     left = without_blocks(PAGE).splitlines()
     assert len(left) == len(PAGE.splitlines())
     assert [line for line in left if line] == ["# Page", "Before 1.", "Between.", "After 2."]
+    remarked = with_remark(PAGE, "*Stale: 7 of 9 files, 2026-11-28.*")
+    assert without_blocks(remarked).splitlines() == ["# Page", *[""] * 4, *left[1:]]
 
 
 @pytest.mark.parametrize("blocks", [{"second": []}, {"first one": [], "second": [], "third": []}])
