@@ -24,15 +24,14 @@ import hashlib
 import json
 import os
 import pickle
-import random
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -44,6 +43,8 @@ from types import MappingProxyType
 from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+from avsec_gym.storage.source_code import code_of
 
 ROOT = Path(__file__).parents[1]
 ROOMS = ("attacks", "metrics", "planners", "validation", "pipeline.py")
@@ -81,7 +82,11 @@ class Mutant:
 
 
 def all_mutants(rooms: list[str], seed: int) -> Iterator[Mutant]:
-    """In random order, each place of the code once, with one of the operators that apply there."""
+    """In random order, each place of the code once, with one of the operators that apply there.
+
+    A place has its rank by a hash of its line, so that a change of the code elsewhere leaves the
+    order of all others as it was, and with it the sample.
+    """
     import cosmic_ray.plugins as plugins
     from cosmic_ray.ast import ast_nodes, get_ast_from_path
 
@@ -98,14 +103,30 @@ def all_mutants(rooms: list[str], seed: int) -> Iterator[Mutant]:
                 if not any(first <= start and end <= last for first, last in silent):
                     mutant = Mutant(module, name, occurrence, start[0])
                     places.setdefault((module, start), []).append(mutant)
-    chance = random.Random(seed)
-    keys = sorted(places)
-    chance.shuffle(keys)
-    for module, start in keys:
-        mutant = chance.choice(places[module, start])
+    ranks = _ranks(places, seed)
+    for module, start in sorted(places, key=lambda place: ranks[place]):
+        found = places[module, start]
+        mutant = found[int(ranks[module, start], 16) % len(found)]
         checks = _checks_alone(ROOT / module)
         if not any(first <= start < end for first, end in checks):
             yield mutant
+
+
+def _ranks(places: Iterable[tuple[str, tuple[int, int]]], seed: int) -> dict[Any, str]:
+    """A hash for each place: of the seed, the module, the line and where in it the place is."""
+    ranks, equal_lines = {}, Counter[tuple[str, str, int]]()
+    for module, (line, column) in sorted(places):
+        text = _lines(module)[line - 1]
+        place = module, text.strip(), column - len(text) + len(text.lstrip())
+        equal_lines[place] += 1
+        asked = f"{seed} {place} {equal_lines[place]}"
+        ranks[module, (line, column)] = hashlib.sha256(asked.encode()).hexdigest()
+    return ranks
+
+
+@cache
+def _lines(module: str) -> list[str]:
+    return (ROOT / module).read_text().splitlines()
 
 
 def _modules(room: str) -> list[Path]:
@@ -396,7 +417,7 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     finally:
         path.write_text(before)
     return asdict(mutant) | {
-        "source": source_state(before),
+        "source": source_state(code_of(before)),
         "change": change,
         "killed_by": by,
         "seconds": round(time.monotonic() - begun, 1),
@@ -404,7 +425,7 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
 
 
 def source_state(source: str) -> str:
-    """What tells a module's text from another."""
+    """What tells a text from another."""
     return hashlib.sha256(source.encode()).hexdigest()[:16]
 
 
@@ -472,9 +493,9 @@ def main() -> None:
 
 
 def is_current(row: dict[str, Any]) -> bool:
-    """Whether a row's module is still as it was when its mutant was tried."""
+    """Whether the code of a row's module is still as it was when its mutant was tried."""
     path = ROOT / row["module"]
-    return path.exists() and row.get("source") == source_state(path.read_text())
+    return path.exists() and row.get("source") == source_state(code_of(path.read_text()))
 
 
 def _key(row: dict[str, Any]) -> list[Any]:
