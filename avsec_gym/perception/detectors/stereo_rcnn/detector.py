@@ -46,7 +46,7 @@ from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.weights.edition import chosen_edition
-from avsec_gym.perception.weights.given import Weights, check_weights
+from avsec_gym.perception.weights.given import Weights
 
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
@@ -88,9 +88,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         configuration, _ = chosen_edition(
             StereoRcnnConfiguration, configuration, weights, self.name, preset_of_weights
         )
-        check_weights(weights, f"{self.name}_{configuration.name}")
-        network = StereoRcnnNetwork(configuration)
-        super().__init__(configuration, network, weights, configuration.name)
+        super().__init__(configuration, StereoRcnnNetwork, weights, configuration.name)
         published = configuration.name == RESNET101.name
         self.rule = given_rule or configuration.rule
         self.alignment = given_alignment or configuration.alignment
