@@ -28,7 +28,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
     solved_boxes,
 )
 from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import NetworkPixels
 from avsec_gym.perception.detectors.stereo_rcnn.editions import preset_of_weights
 from avsec_gym.perception.detectors.stereo_rcnn.fit import fit_loss, fit_targets
 from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
@@ -259,7 +259,7 @@ def _cameras(batch: StereoBatch) -> list[StereoCamera]:
     ]
 
 
-def _pixels(image: Tensor) -> Pixels:
+def _pixels(image: Tensor) -> NetworkPixels:
     return image.detach().permute(1, 2, 0).float().cpu().contiguous().numpy()
 
 
