@@ -257,7 +257,7 @@ class Pipeline:
     ) -> Episode:
         """What follows from a perception: M, or an emergency stop, and the collision check."""
         if perception.stops:
-            return stop(scene, intention)
+            return stopped_episode(scene, intention)
         return run_episode(
             scene,
             intention,
@@ -324,7 +324,9 @@ def run_episode(
     return Episode(problem, plan, truth, judge(plan, problem, truth))
 
 
-def stop(scene: Scene | GivenScene, intention: Intention = Intention.STRAIGHT) -> Episode:
+def stopped_episode(
+    scene: Scene | GivenScene, intention: Intention = Intention.STRAIGHT
+) -> Episode:
     """Brake at once, and check that against what is there.
 
     Args:

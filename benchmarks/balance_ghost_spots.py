@@ -36,7 +36,9 @@ RARE = 0.02
 
 def wins(scenes: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Class, spots that win, spots that lose of each contested round, (R,), (R, S), (R, S)."""
-    every = ghost_spots.Spots(ghost_spots.grid(), np.zeros(len(ghost_spots.grid())))
+    every = ghost_spots.Spots(
+        ghost_spots.considered_spots(), np.zeros(len(ghost_spots.considered_spots()))
+    )
     game = GhostPlaceGame({"name": "layouts", "seed": seed, "count": scenes}, places=PLACES)
     kinds, won, lost = [], [], []
     ghosts, there = every.poses[:, None], np.ones((len(every), 1), bool)
@@ -104,7 +106,7 @@ def main() -> None:
     spots: dict[str, dict[str, list[list[float]]]] = {}
     for c, (road_type, intention) in enumerate(CLASSES):
         spots.setdefault(str(road_type), {})[str(intention)] = [
-            [*map(float, ghost_spots.grid()[s]), round(float(bias[c, s]), 2)]
+            [*map(float, ghost_spots.considered_spots()[s]), round(float(bias[c, s]), 2)]
             for s in np.nonzero(offered[c])[0]
         ]
     made = f"benchmarks/balance_ghost_spots.py --scenes {options.scenes} --seed {options.seed}"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from avsec_gym.drawing.page_plots import outline
+from avsec_gym.drawing.page_plots import mark_shape
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,6 @@ def mark_key(kind: str, words: str, shape: str = "circle", size: float = 4.5) ->
         size: The mark's radius, pixels.
     """
     styles = "".join(f" {name}" for name in kind.split() if name in ("hollow", "theirs"))
-    drawn = outline((7, 7), shape, size)
+    drawn = mark_shape((7, 7), shape, size)
     sample = f'<svg viewBox="0 0 14 14" class="sample{styles}" aria-hidden="true">{drawn}</svg>'
     return Key(kind.split()[-1], sample, words)

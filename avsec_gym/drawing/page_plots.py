@@ -134,11 +134,11 @@ def marker(at: Point, shape: str, kind: str, hint: str, *, focus: bool = False) 
     size = 3.0 if "small" in kind.split() else 4.5
     return (
         f'<g class="mark {kind}" role="img" aria-label="{said}" data-hint="{said}"{reached}>'
-        f'<circle cx="{x:g}" cy="{y:g}" r="10" class="reach"/>{outline(at, shape, size)}</g>'
+        f'<circle cx="{x:g}" cy="{y:g}" r="10" class="reach"/>{mark_shape(at, shape, size)}</g>'
     )
 
 
-def outline(at: Point, shape: str, size: float = 4.5) -> str:
+def mark_shape(at: Point, shape: str, size: float = 4.5) -> str:
     """The mark alone."""
     x, y = at
     corners = {

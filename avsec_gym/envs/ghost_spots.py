@@ -46,7 +46,7 @@ class Spots:
         return np.column_stack([self.positions, np.zeros(len(self))])
 
 
-def grid() -> Floats:
+def considered_spots() -> Floats:
     """All spots that are considered, x and y in m, shape (195, 2)."""
     x, y = np.meshgrid(np.arange(6.0, 21.0), np.arange(-6.0, 7.0), indexing="ij")
     return np.stack([x.ravel(), y.ravel()], axis=1)

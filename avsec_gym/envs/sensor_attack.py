@@ -22,7 +22,7 @@ from avsec_gym.envs.parts import parts_of
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.envs.sensor_attack_features import SIZE, best_scores, features, ghosts_among
-from avsec_gym.envs.sensor_attack_game import Look, SensorAttackGame, Situation
+from avsec_gym.envs.sensor_attack_game import QueryOutcome, SensorAttackGame, Situation
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.builder import is_obstacle
@@ -96,7 +96,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         both: gym.Space[Any] = gym.spaces.Dict(spaces)
         self.observation_space: gym.Space[Any] = spaces.get(self.observation, both)
         self._situation: Situation | None = None
-        self._last: Look | None = None
+        self._last: QueryOutcome | None = None
         self._done = np.zeros(action_size)
         self._spent = 0
 
@@ -187,7 +187,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         return self._situation
 
     @property
-    def _look(self) -> Look:
+    def _look(self) -> QueryOutcome:
         """The last query, or what there was before the first."""
         return self._last or self.situation.unattacked
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.sensor_attack_game import Look, Situation
+from avsec_gym.envs.sensor_attack_game import QueryOutcome, Situation
 from avsec_gym.geometry import Floats, bird_eye_iou, ego_to_camera, project
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
 from avsec_gym.road_type import RoadType
@@ -29,7 +29,7 @@ _GROUND = 1.65
 """Metres below the camera."""
 
 
-def features(situation: Situation, last: Look | None, left: float) -> Floats:
+def features(situation: Situation, last: QueryOutcome | None, left: float) -> Floats:
     """Start, goal, objects, ghosts, the last query.
 
     Args:
@@ -87,7 +87,7 @@ def _on(obstacles: Boxes3D, boxes: Boxes3D) -> np.ndarray:
     return np.asarray((overlap >= SAME) & is_obstacle(boxes))
 
 
-def _objects(scene: Scene, unattacked: Look, now: Look) -> Floats:
+def _objects(scene: Scene, unattacked: QueryOutcome, now: QueryOutcome) -> Floats:
     obstacles = scene.boxes[is_obstacle(scene.boxes) & (scene.boxes.poses[:, 0] > 1)]
     near = obstacles[np.argsort(np.hypot(*obstacles.poses[:, :2].T), kind="stable")[:NEAREST]]
     x, y, heading = near.poses.T
@@ -101,7 +101,7 @@ def _objects(scene: Scene, unattacked: Look, now: Look) -> Floats:
     return rows
 
 
-def _ghosts(obstacles: Boxes3D, now: Look) -> Floats:
+def _ghosts(obstacles: Boxes3D, now: QueryOutcome) -> Floats:
     ghosts = ghosts_among(obstacles, now.perception.detections)
     surest = ghosts[np.argsort(-ghosts.score, kind="stable")[:GHOSTS]]
     rows = np.zeros((GHOSTS, 3))
@@ -109,7 +109,7 @@ def _ghosts(obstacles: Boxes3D, now: Look) -> Floats:
     return rows
 
 
-def _in_image(look: Look, poses: Floats) -> Floats:
+def _in_image(look: QueryOutcome, poses: Floats) -> Floats:
     """Column and row of points on the ground, -1 to 1 across the left image, shape (N, 2)."""
     location, _ = ego_to_camera(poses, _GROUND)
     pixels, _ = project(look.frame.calibration.projection(LEFT), location)
@@ -117,6 +117,6 @@ def _in_image(look: Look, poses: Floats) -> Floats:
     return np.clip(2.0 * pixels / [width - 1, height - 1] - 1.0, -1.0, 1.0)
 
 
-def _share_of_time(look: Look) -> float:
+def _share_of_time(look: QueryOutcome) -> float:
     record = look.episode.record
     return min(record.cost / 3.0, 1.0) if record.planned else 0.0

@@ -21,7 +21,7 @@ from avsec_gym.scenario.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class QueryOutcome:
     """One query: what the car sees, believes and does."""
 
     frame: SensorFrame
@@ -41,7 +41,7 @@ class Situation:
 
     scene: Scene
     intention: Intention
-    unattacked: Look
+    unattacked: QueryOutcome
     """What the car sees, believes and does without an attack."""
 
 
@@ -103,16 +103,16 @@ class SensorAttackGame:
         perception, key = self._perceptions[scene.id], (scene.id, intention)
         if key not in self._episodes:
             self._episodes[key] = self.pipeline.run_episode(scene, perception, intention)
-        return Situation(scene, intention, Look(frame, perception, self._episodes[key]))
+        return Situation(scene, intention, QueryOutcome(frame, perception, self._episodes[key]))
 
-    def query(self, situation: Situation, frame: SensorFrame) -> Look:
+    def query(self, situation: Situation, frame: SensorFrame) -> QueryOutcome:
         """Let the car see a frame and drive; images are rounded to whole grey levels first."""
         frame = quantised(frame)
         perception = self._perceived(frame)
         episode = self.pipeline.run_episode(situation.scene, perception, situation.intention)
-        return Look(frame, perception, episode)
+        return QueryOutcome(frame, perception, episode)
 
-    def harms(self, look: Look) -> bool:
+    def harms(self, look: QueryOutcome) -> bool:
         """Whether an episode is unsafe in spite of the validator.
 
         A car that stops at an alarm and touches nothing came to no harm; for one that drives on

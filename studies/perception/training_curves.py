@@ -119,7 +119,7 @@ def run(options: argparse.Namespace) -> dict[str, NetworkCurves]:
             if name not in before:
                 raise ConfigurationError(f"{text}: --others has nothing of {name} to go on with")
             trainings.insert(0, _earlier(before[name], options.others).rows())
-        trained[name] = thinned(joined(trainings))
+        trained[name] = thinned_curves(joined(trainings))
     result = {
         name: trained[name] if name in trained else _earlier(before[name], options.others)
         for name in dict.fromkeys((*before, *trained))
@@ -188,7 +188,7 @@ def _curves(folder: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> NetworkCurves:
+def thinned_curves(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> NetworkCurves:
     """Every validation, and means of the losses.
 
     Args:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import gymnasium as gym
@@ -73,6 +74,28 @@ def test_it_plays_what_single_ones_play(arguments: dict[str, Any], steps: int, w
             successes, ends = successes + info["is_success"], ends + ended[i]
     assert ends
     assert bool(successes) == wins
+
+
+def test_every_argument_reaches_the_single_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for those that only one value is accepted of."""
+    own = inspect.signature(ClosedLoopAttackVectorEnv.__init__).parameters
+    refused = {"traffic", "config", "render_mode"}
+    names = own.keys() - {"self", "num_envs", "parts", *refused}
+    given = {name: object() for name in names} | {"kind": "ghost", "perception": "truth"}
+    reached: dict[str, Any] = {}
+
+    class Reached(Exception):
+        """Nothing is made of them."""
+
+    def single(**arguments: Any) -> None:
+        reached.update(arguments)
+        raise Reached
+
+    module = "avsec_gym.envs.closed_loop_attack_vector"
+    monkeypatch.setattr(f"{module}.ClosedLoopAttackEnv", single)
+    with pytest.raises(Reached):
+        ClosedLoopAttackVectorEnv(scenarios=FEW, **given)
+    assert reached == {**given, "scenarios": FEW}
 
 
 def test_drives_without_the_attack_are_made_once_for_all() -> None:

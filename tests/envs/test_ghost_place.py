@@ -17,7 +17,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.ghost_place import GhostPlaceEnv
 from avsec_gym.envs.ghost_place_vector import GhostPlaceVectorEnv
 from avsec_gym.envs.ghost_round import SCENE_SIZE
-from avsec_gym.envs.ghost_spots import grid, spots_of
+from avsec_gym.envs.ghost_spots import considered_spots, spots_of
 from avsec_gym.envs.place_features import MOST_ROOM, SIZE, PlaceFeatures
 from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.geometry import ego_to_camera
@@ -228,7 +228,7 @@ def test_room_is_measured_to_the_sides_of_objects() -> None:
 @pytest.mark.parametrize("intention", list(Intention))
 def test_spots_are_of_the_grid_and_enough(road_type: RoadType, intention: Intention) -> None:
     spots = spots_of(road_type, intention)
-    known = {tuple(spot) for spot in grid().tolist()}
+    known = {tuple(spot) for spot in considered_spots().tolist()}
     assert {tuple(spot) for spot in spots.positions.tolist()} <= known
     assert len(spots) >= 24
     assert np.isfinite(spots.bias).all()

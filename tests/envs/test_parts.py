@@ -17,7 +17,7 @@ from gymnasium.envs.registration import load_env_creator
 from avsec_gym.envs.parts import Parts
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
-from avsec_gym.registration import CATALOGUE
+from avsec_gym.registration import CATALOGUE, EnvironmentEntry
 from avsec_gym.registry import Kind
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.validation.response import Response
@@ -157,6 +157,27 @@ def test_parts_have_the_same_names_and_defaults_everywhere(point: str) -> None:
         else:
             default = shown[part.name].default
             assert default == part.default or default in OWN[part.name]
+
+
+VECTORISED = [entry for entry in CATALOGUE if entry.vector_entry_point is not None]
+OF_MANY = {"num_envs", "max_episode_steps"}
+"""Arguments of vectorised environments alone."""
+OF_SINGLE_ONES = {"frame_size"}
+"""Of what vectorised environments refuse: frames to observe."""
+
+
+@pytest.mark.parametrize("entry", VECTORISED, ids=lambda entry: entry.id)
+def test_a_vectorised_environment_has_the_defaults_of_the_single_one(
+    entry: EnvironmentEntry,
+) -> None:
+    """Both write them out, for whoever reads a signature."""
+
+    def defaults(point: str | None, but: set[str]) -> dict[str, Any]:
+        shown = inspect.signature(load_env_creator(str(point))).parameters
+        return {name: each.default for name, each in shown.items() if name not in but}
+
+    many = defaults(entry.vector_entry_point, OF_MANY)
+    assert many == defaults(entry.entry_point, OF_SINGLE_ONES)
 
 
 @pytest.mark.parametrize("point", EVERY)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from avsec_gym.evaluation.contested import (
 from avsec_gym.evaluation.rates import GROUND_TRUTH, RatesKey, driving_safety
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.pipeline import run_episode
+from avsec_gym.scenario.contested_sets import ContestedSets, contested_sets
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_set import SceneSet
@@ -36,6 +38,18 @@ BESIDE = scene("left", [13.0, 3.5, 0.0])
 WALL = scene("wall", *([12.0, y, 0.0] for y in (-3.5, 0.0, 3.5)))
 """Neither blind nor seeing is there a safe way."""
 EMPTY = scene("empty")
+
+
+def test_scenes_find_here_what_they_ask_for() -> None:
+    """They name this module by a string, which no checker of types or imports follows."""
+    for name in ("contested", "contested_layouts", "contested_frames"):
+        asked = inspect.signature(getattr(ContestedSets, name)).parameters
+        known = inspect.signature(getattr(contested_sets(), name)).parameters
+        for argument in asked.keys() - {"self"}:
+            assert known[argument].kind == asked[argument].kind
+            assert known[argument].default == asked[argument].default
+        others = [known[argument] for argument in known.keys() - asked.keys()]
+        assert all(each.default is not each.empty for each in others)
 
 
 def test_the_rule_by_hand() -> None:

@@ -10,8 +10,8 @@ from avsec_gym.experiments.chapter4.compared_instant import ComparedInstant
 from avsec_gym.experiments.chapter4.settings import METHODS
 from avsec_gym.validation.connected.validator import Method
 
-Where = Literal["vehicle", "base station"]
-STEPS: Mapping[Method, Mapping[str, Where]] = {
+StepPlace = Literal["vehicle", "base station"]
+STEPS: Mapping[Method, Mapping[str, StepPlace]] = {
     "surfaces": {
         "propose": "vehicle",
         "merge": "base station",
@@ -52,7 +52,7 @@ class StepTime:
     """
 
     method: Method
-    where: Where
+    where: StepPlace
     step: str
     seconds: float
     instants: int

@@ -17,7 +17,7 @@ from avsec_gym.attacks.texture import replace_texture
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter5.look_measurements import look_measurements
-from avsec_gym.experiments.chapter5.looks import Look, patched_looks, perturbed_looks
+from avsec_gym.experiments.chapter5.looks import CellLook, patched_looks, perturbed_looks
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
@@ -152,26 +152,26 @@ class AttackedEpisodes:
 
     def _looks(
         self, attack: str, scene: Scene, clean: SensorFrame, victim: Victim
-    ) -> Iterator[Look]:
+    ) -> Iterator[CellLook]:
         seed = (self._seed, scene.number)
         kind, _, rest = attack.partition("-")
         if attack == UNATTACKED:
-            yield Look(clean, attack)
+            yield CellLook(clean, attack)
         elif kind == THESIS_PGD:
             yield from perturbed_looks(attack, float(rest), clean, victim)
         elif kind == "noise":
             noisy = RandomNoise(STEPS * float(rest)).attack(clean, victim, seed)
-            yield Look(noisy, attack, STEPS)
+            yield CellLook(noisy, attack, STEPS)
         elif attack == TEXTURE:
             changed = replace_texture(clean, roadside_of(self._scenes, scene), seed)
-            yield Look(changed, attack)
+            yield CellLook(changed, attack)
             yield from perturbed_looks(TEXTURE_ATTACKED, 1.0, changed, victim)
         elif attack in PATCHES + JOINT_PATCHES + GREY_PATCHES:
             patch = PatchAttack(self._patch(kind, victim.detector.name), rest)  # type: ignore[arg-type]
             yield from patched_looks(attack, patch, clean, victim, seed)
         elif attack in STRONGER_NAMES:
             for n, frame in stronger_iterates(attack, clean, victim, self._options, seed):
-                yield Look(frame, attack, n)
+                yield CellLook(frame, attack, n)
         else:
             raise ConfigurationError(f"chapter 5 has no attack {attack!r}")
 
@@ -200,7 +200,7 @@ class AttackedEpisodes:
         return self._pipelines[detector]
 
 
-def _take(result: _Result, look: Look, scene: Scene, pipeline: Pipeline) -> Boxes3D:
+def _take(result: _Result, look: CellLook, scene: Scene, pipeline: Pipeline) -> Boxes3D:
     """Add detections, and the episodes that follow; returns the boxes that are planned on."""
     name = pipeline.detector.name
     with result.timed("detector"):

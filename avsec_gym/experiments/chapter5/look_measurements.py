@@ -10,7 +10,7 @@ from avsec_gym.attacks.attack import LEFT, RIGHT, Victim
 from avsec_gym.attacks.loss_gradient import total_loss
 from avsec_gym.attacks.patch_ghosts import ghost_box, target_boxes
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.looks import Look
+from avsec_gym.experiments.chapter5.looks import CellLook
 from avsec_gym.experiments.chapter5.settings import setting
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.ghosts import iou_from_above
@@ -22,7 +22,7 @@ from avsec_gym.scenario.scene import Scene
 
 
 def look_measurements(
-    look: Look,
+    look: CellLook,
     scene: Scene,
     clean: SensorFrame,
     victim: Victim,

@@ -18,7 +18,7 @@ from avsec_gym.scenario.intention import Intention
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class CellLook:
     """A frame that the car is shown, and the settings of its results."""
 
     frame: SensorFrame
@@ -39,18 +39,18 @@ class Look:
 
 def perturbed_looks(
     attack: str, alpha: float, before: SensorFrame, victim: Victim
-) -> Iterator[Look]:
+) -> Iterator[CellLook]:
     """Every n, as the attack leaves the pixels, and as a camera would deliver them."""
     iterates = Perturbation(alpha, steps=STEPS).iterates(before, victim)
     for n, frame in enumerate(iterates, start=1):
-        yield Look(frame, attack, n, attacked=before)
+        yield CellLook(frame, attack, n, attacked=before)
         if not alpha.is_integer():  # Steps of whole levels leave nothing to round.
-            yield Look(quantised(frame), attack, n, whole_levels=True)
+            yield CellLook(quantised(frame), attack, n, whole_levels=True)
 
 
 def patched_looks(
     attack: str, patch: PatchAttack, clean: SensorFrame, victim: Victim, seed: tuple[int, int]
-) -> Iterator[Look]:
+) -> Iterator[CellLook]:
     """One look for all intentions, or for each its own; a printed patch has whole levels anyway.
 
     Args:
@@ -63,13 +63,13 @@ def patched_looks(
     if patch.placement == "random":
         place = patch.placed(clean, victim, seed)
         frame = quantised(patch.attack(clean, victim, seed))
-        yield Look(frame, attack, place=place, ghost_width=patch.ghost_width)
+        yield CellLook(frame, attack, place=place, ghost_width=patch.ghost_width)
         return
     for number, intention in enumerate(Intention):
         aimed = replace(victim, intention=intention)
         place = patch.placed(clean, aimed, (*seed, number))
         frame = quantised(patch.attack(clean, aimed, (*seed, number)))
-        yield Look(
+        yield CellLook(
             frame,
             attack,
             intentions=(intention,),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -60,11 +60,16 @@ class ImageNetworkDetector(NetworkDetector[Configuration, Network], ABC):
 
     Args:
         configuration: Configuration of the network.
-        network: Network to be given its weights, in place.
+        network: Makes the network of a configuration: its class.
         weights: See `give_weights`.
     """
 
-    def __init__(self, configuration: Configuration, network: Network, weights: Weights) -> None:
+    def __init__(
+        self,
+        configuration: Configuration,
+        network: Callable[[Configuration], Network],
+        weights: Weights,
+    ) -> None:
         super().__init__(configuration, network, weights, configuration.name)
         self._categories = configuration.categories
         self._levels = configuration.mean, configuration.deviation

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from torch import nn
 
 from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
-from avsec_gym.perception.weights.given import Weights, give_weights
+from avsec_gym.perception.weights.given import Weights, check_weights, give_weights
 from avsec_gym.perception.weights.model_card import ModelCard
 
 Configuration = TypeVar("Configuration")
@@ -22,7 +23,7 @@ class NetworkDetector(Generic[Configuration, Network]):
 
     Args:
         configuration: Configuration of the network.
-        network: Network to be given its weights, in place.
+        network: Makes the network of a configuration: its class.
         weights: See `give_weights`.
         preset: Name of the preset, whose weights ``shipped`` stands for.
 
@@ -34,9 +35,16 @@ class NetworkDetector(Generic[Configuration, Network]):
     name: str
 
     def __init__(
-        self, configuration: Configuration, network: Network, weights: Weights, preset: str
+        self,
+        configuration: Configuration,
+        network: Callable[[Configuration], Network],
+        weights: Weights,
+        preset: str,
     ) -> None:
+        name = f"{self.name}_{preset}"
+        # Before seconds are spent on a network.
+        check_weights(weights, name)
         self.configuration = configuration
-        self.network = network
-        self.card: ModelCard | None = give_weights(network, weights, f"{self.name}_{preset}")
+        self.network = network(configuration)
+        self.card: ModelCard | None = give_weights(self.network, weights, name)
         self.calibration = ScoreCalibration.of_card(self.card)

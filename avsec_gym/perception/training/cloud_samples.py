@@ -67,6 +67,42 @@ class CloudSample:
     ignored: Floats
     azimuths: tuple[float, float]
 
+    def mirrored(self) -> CloudSample:
+        """Left and right exchanged."""
+        right, left = self.azimuths
+        sides = np.array([1, -1, 1, 1, -1.0])
+        return CloudSample(
+            self.points * np.array([1, -1, 1, 1], np.float32),
+            self.rectangles * sides,
+            self.ignored * sides,
+            (-left, -right),
+        )
+
+    def turned(self, angle: float) -> CloudSample:
+        """Turned to the left about the sensor's upright axis by an angle in radians."""
+        cos, sin = np.cos(angle), np.sin(angle)
+        turn = np.array([[cos, sin], [-sin, cos]])
+
+        def places(rows: Floats) -> Floats:
+            return np.concatenate([rows[:, :2] @ turn, rows[:, 2:4], rows[:, 4:] + angle], axis=1)
+
+        points = self.points.copy()
+        points[:, :2] = points[:, :2] @ turn.astype(np.float32)
+        right, left = self.azimuths
+        return CloudSample(
+            points, places(self.rectangles), places(self.ignored), (right + angle, left + angle)
+        )
+
+    def scaled(self, factor: float) -> CloudSample:
+        """Everything larger and farther by a factor."""
+        sizes = np.array([factor, factor, factor, factor, 1.0])
+        return CloudSample(
+            self.points * np.array([factor, factor, factor, 1], np.float32),
+            self.rectangles * sizes,
+            self.ignored * sizes,
+            self.azimuths,
+        )
+
 
 class CloudSamples(LabelledFrames):
     """Cropped scans with their truth; see `prepare_cloud_samples`."""

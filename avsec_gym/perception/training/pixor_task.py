@@ -13,7 +13,6 @@ from avsec_gym.perception.detectors.pixor.bird_eye_input import bird_eye_input
 from avsec_gym.perception.detectors.pixor.detector import PixorDetector
 from avsec_gym.perception.detectors.pixor.losses import pixor_losses
 from avsec_gym.perception.detectors.pixor.targets import PixorTargets, cell_targets
-from avsec_gym.perception.training.cloud_augmentation import LARGEST_TURN, varied
 from avsec_gym.perception.training.cloud_samples import (
     CloudSample,
     CloudSamples,
@@ -21,6 +20,7 @@ from avsec_gym.perception.training.cloud_samples import (
 )
 from avsec_gym.perception.training.labelled_frames import DataFrames
 from avsec_gym.perception.training.scan_task import ScanTask, scan_samples
+from avsec_gym.perception.training.scan_variation import varied
 from avsec_gym.perception.training.tasks import TaskOptions
 
 
@@ -44,11 +44,14 @@ class PixorBatch:
 class PixorTask(ScanTask[PixorDetector, CloudSamples]):
     """A `Task`: scans cropped to the network's region, cars judged from above."""
 
-    view, largest_turn = "bev", LARGEST_TURN
+    view, largest_turn = "bev", 0.2
 
     def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> PixorBatch:
         """See `Task`."""
-        samples = [varied(self._training[i], self._augmentation, randomness) for i in indices]
+        samples = [
+            varied(self._training[index], self._augmentation, self.largest_turn, randomness)
+            for index in indices
+        ]
         return self.batch_of(samples)
 
     def batch_of(self, samples: Sequence[CloudSample]) -> PixorBatch:

@@ -51,6 +51,32 @@ class PointSample:
     objects: Floats
     ignored: Floats
 
+    def mirrored(self) -> PointSample:
+        """Left and right exchanged."""
+
+        def boxes(rows: Floats) -> Floats:
+            return np.column_stack([-rows[:, 0], rows[:, 1:6], np.pi - rows[:, 6]])
+
+        sides = np.array([-1, 1, 1], np.float32)
+        return PointSample(self.points * sides, boxes(self.objects), boxes(self.ignored))
+
+    def turned(self, angle: float) -> PointSample:
+        """Turned about the camera's y axis, as `rotation_y` counts, by an angle in radians."""
+        cos, sin = np.cos(angle), np.sin(angle)
+        turn = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
+
+        def boxes(rows: Floats) -> Floats:
+            return np.column_stack([rows[:, :3] @ turn, rows[:, 3:6], rows[:, 6] + angle])
+
+        points = self.points @ turn.astype(np.float32)
+        return PointSample(points, boxes(self.objects), boxes(self.ignored))
+
+    def scaled(self, factor: float) -> PointSample:
+        """Everything larger and farther by a factor."""
+        sizes = np.array([*[factor] * 6, 1.0])
+        points = self.points * np.float32(factor)
+        return PointSample(points, self.objects * sizes, self.ignored * sizes)
+
 
 class PointSamples(LabelledFrames):
     """Scans with their truth; see `prepare_point_samples`."""

@@ -15,9 +15,9 @@ from avsec_gym.perception.detectors.pointrcnn.losses import pointrcnn_losses
 from avsec_gym.perception.detectors.pointrcnn.points_input import sampled_points
 from avsec_gym.perception.detectors.pointrcnn.proposals import overlaps
 from avsec_gym.perception.training.labelled_frames import DataFrames
-from avsec_gym.perception.training.point_augmentation import LARGEST_TURN, varied_points
 from avsec_gym.perception.training.point_samples import PointSamples, prepare_point_samples
 from avsec_gym.perception.training.scan_task import ScanTask, scan_samples
+from avsec_gym.perception.training.scan_variation import varied
 from avsec_gym.perception.training.tasks import TaskOptions
 
 
@@ -46,14 +46,15 @@ class PointBatch:
 class PointRcnnTask(ScanTask[PointRcnnDetector, PointSamples]):
     """A `Task`: points in view, as many as the network takes, cars judged in 3D."""
 
-    view, largest_turn = "3d", LARGEST_TURN
+    view, largest_turn = "3d", np.pi / 18  # As published.
 
     def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> PointBatch:
         """See `Task`."""
         view = self._detector.configuration.view
         points, objects, ignored = [], [], []
         for index in indices:
-            one = varied_points(self._training[index], self._augmentation, randomness)
+            sample = self._training[index]
+            one = varied(sample, self._augmentation, self.largest_turn, randomness)
             points.append(torch.from_numpy(sampled_points(one.points, view, randomness)))
             objects.append(torch.from_numpy(one.objects).float())
             ignored.append(torch.from_numpy(one.ignored).float())

@@ -1,37 +1,46 @@
-"""How a LiDAR scan is to be varied, whatever frame its points are in."""
+"""LiDAR scans that are as true as those there are: mirrored, turned, scaled about the sensor."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Protocol, Self, TypeVar
 
 import numpy as np
 
 from avsec_gym.perception.training.configuration import Augmentation
 
 
-class ScanVariation(NamedTuple):
-    """Mirrored or not, then turned about the upright axis, then scaled."""
+class VariableScan(Protocol):
+    """A scan with its truth, whatever frame its points are in."""
 
-    mirrored: bool
-    turn: float
-    """Radians."""
-    scale: float
+    def mirrored(self) -> Self:
+        """Left and right exchanged."""
+        ...
+
+    def turned(self, angle: float) -> Self:
+        """Turned about the sensor's upright axis by an angle in radians."""
+        ...
+
+    def scaled(self, factor: float) -> Self:
+        """Everything larger and farther by a factor."""
+        ...
 
 
-def drawn_variation(
-    augmentation: Augmentation, largest_turn: float, randomness: np.random.Generator
-) -> ScanVariation:
-    """A variation of a scan.
+_Scan = TypeVar("_Scan", bound=VariableScan)
+
+
+def varied(
+    scan: _Scan, augmentation: Augmentation, largest_turn: float, randomness: np.random.Generator
+) -> _Scan:
+    """A variation of a scan: mirrored or not, then turned, then scaled.
 
     Args:
+        scan: The scan with its truth.
         augmentation: The share of mirrored ones, and the ratio (`zoom`) of the largest scale to
             the smallest, whose middle is 1.
         largest_turn: The largest turn to either side, radians.
         randomness: Draws.
     """
     flip, turn, scale = randomness.uniform(size=3)
-    return ScanVariation(
-        bool(flip < augmentation.flip),
-        float(largest_turn * (2 * turn - 1)),
-        float(augmentation.zoom ** (scale - 0.5)),
-    )
+    scan = scan.mirrored() if flip < augmentation.flip else scan
+    turned = scan.turned(float(largest_turn * (2 * turn - 1)))
+    return turned.scaled(float(augmentation.zoom ** (scale - 0.5)))

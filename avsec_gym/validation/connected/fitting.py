@@ -6,7 +6,7 @@ kept in a file, so that a fit that was stopped goes on with the next instant.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypedDict
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.progress import Progress
 from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, InstantAttack
 from avsec_gym.validation.connected.attacks.pasted_object import PastedObject
@@ -64,8 +65,6 @@ class MeasuredInstant(TypedDict):
     attacked: list[MeasuredAttack]
 
 
-Progress = Callable[[int, int], object]
-"""Is called with instants done and instants in all."""
 _SEE_THROUGH = (-4.0, -3.0, -2.0, -1.0, 0.0)
 _PIECES = 8
 

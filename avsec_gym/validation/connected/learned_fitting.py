@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.roc_curve import ClusteredScores, roc_area
+from avsec_gym.progress import Progress
 from avsec_gym.validation.connected.budget import MessageBudget
 from avsec_gym.validation.connected.fit import ConnectedFit
-from avsec_gym.validation.connected.fitting import FittedInstants, Progress
+from avsec_gym.validation.connected.fitting import FittedInstants
 from avsec_gym.validation.connected.learned.exchange import exchange_both
 from avsec_gym.validation.connected.learned.features import region_features
 from avsec_gym.validation.connected.learned.learned_fit import LearnedCard, LearnedFit

@@ -18,9 +18,13 @@ class LineDetector(NetworkDetector[str, nn.Linear]):
     name = "line"
 
 
+def line(_: str) -> nn.Linear:
+    return nn.Linear(2, 1).train()
+
+
 def test_weights_are_given_and_frozen() -> None:
     weights = {"weight": torch.full((1, 2), 3.0), "bias": torch.zeros(1)}
-    detector = LineDetector("straight", nn.Linear(2, 1).train(), weights, "small")
+    detector = LineDetector("straight", line, weights, "small")
     assert detector.configuration == "straight"
     assert detector.network.weight.tolist() == [[3.0, 3.0]]
     assert not detector.network.training
@@ -31,11 +35,19 @@ def test_weights_are_given_and_frozen() -> None:
 
 def test_weights_of_another_network_and_a_missing_file_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="another network"):
-        LineDetector("straight", nn.Linear(2, 1), {"weight": torch.zeros(1, 3)}, "small")
+        LineDetector("straight", line, {"weight": torch.zeros(1, 3)}, "small")
     with pytest.raises(DataError, match=r"none\.safetensors"):
-        LineDetector("straight", nn.Linear(2, 1), tmp_path / "none.safetensors", "small")
+        LineDetector("straight", line, tmp_path / "none.safetensors", "small")
     with pytest.raises(DataError, match="line_tiny"):
-        LineDetector("straight", nn.Linear(2, 1), "shipped", "tiny")
+        LineDetector("straight", line, "shipped", "tiny")
+
+
+def test_no_network_is_made_for_weights_that_are_none() -> None:
+    def network(_: str) -> nn.Linear:
+        raise AssertionError("it took its time")
+
+    with pytest.raises(ConfigurationError, match="weights takes a file"):
+        LineDetector("straight", network, 3, "small")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

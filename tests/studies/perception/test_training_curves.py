@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from avsec_gym.experiments.json_rows import as_json, row_json
-from studies.perception.training_curves import NetworkCurves, joined, main, thinned
+from studies.perception.training_curves import NetworkCurves, joined, main, thinned_curves
 
 
 def rows() -> list[dict[str, object]]:
@@ -16,14 +16,14 @@ def rows() -> list[dict[str, object]]:
 
 
 def test_losses_are_means_and_every_validation_stays() -> None:
-    result = thinned(rows(), most=3)
+    result = thinned_curves(rows(), most=3)
     assert as_json(result.losses) == [
         {"step": 60, "total": 2.0}, {"step": 120, "total": 5.0}, {"step": 140, "total": 7.0}
     ]  # fmt: skip
     assert as_json(result.metrics) == [
         {"step": 70, "minutes": 1.5, "Car_3d_ap11": 5.0, "loss": None}
     ]
-    assert [point.values["total"] for point in thinned(rows()).losses] == [*range(1, 8)]
+    assert [point.values["total"] for point in thinned_curves(rows()).losses] == [*range(1, 8)]
     assert NetworkCurves.from_json(row_json(result)) == result
 
 
@@ -31,7 +31,7 @@ def test_a_training_that_went_on_continues_the_curve() -> None:
     both = joined([rows(), rows()])
     assert [row["step"] for row in both if "metrics" in row] == [70, 210]
     assert [row["seconds"] for row in both if "metrics" in row] == [90.0, 180.0]
-    result = thinned(both)
+    result = thinned_curves(both)
     assert result.begins == [140]
     assert [point.step for point in result.losses] == [20 * i for i in range(1, 15)]
 

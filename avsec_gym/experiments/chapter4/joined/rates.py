@@ -32,7 +32,7 @@ from avsec_gym.validation.state_posterior import (
     state_vectors,
 )
 
-Values = Mapping[str, float]
+FrameMeasurements = Mapping[str, float]
 """The measurements of a frame by their names."""
 
 
@@ -67,8 +67,8 @@ def joined_rows(results: Results) -> list[JoinedRow]:
 def _row(
     case: str,
     sensors: Sequence[Sensor],
-    own: Mapping[str, Values],
-    frames: Mapping[str, Mapping[str, Values]],
+    own: Mapping[str, FrameMeasurements],
+    frames: Mapping[str, Mapping[str, FrameMeasurements]],
 ) -> JoinedRow:
     alone, joined, named = [], [], []
     expected = frozenset(sensors)
@@ -99,12 +99,14 @@ def _named(posterior: StatePosterior, alarm: float, familiar: float) -> frozense
     return frozenset(sensor for sensor, status in statuses if status == SensorStatus.ATTACKED)
 
 
-def _posterior(values: Values, name: str) -> StatePosterior:
+def _posterior(values: FrameMeasurements, name: str) -> StatePosterior:
     count = len(state_vectors(len(LIDAR_AND_TWO_CAMERAS)))
     return StatePosterior(np.array([[values[f"{name} {index}"] for index in range(count)]]))
 
 
-def _likelihood_without(place: str, frames: Mapping[str, Mapping[str, Values]]) -> StatusLikelihood:
+def _likelihood_without(
+    place: str, frames: Mapping[str, Mapping[str, FrameMeasurements]]
+) -> StatusLikelihood:
     """What statuses are worth by all places but one."""
     counts: dict[bool, Counter[str]] = {True: Counter(), False: Counter()}
     for case, sensors in CASES.items():

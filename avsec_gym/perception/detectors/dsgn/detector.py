@@ -32,7 +32,7 @@ from avsec_gym.perception.detectors.dsgn.targets import (
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.weights.edition import chosen_edition
-from avsec_gym.perception.weights.given import Weights, check_weights
+from avsec_gym.perception.weights.given import Weights
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
@@ -94,8 +94,7 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
         is_list = isinstance(categories, list | tuple) and len(categories) > 0
         if not (is_list and all(isinstance(each, str) and each in known for each in categories)):
             raise ConfigurationError(f"categories takes some of {known}, got {shown(categories)}")
-        check_weights(weights, f"{self.name}_{preset}")
-        super().__init__(configuration, DsgnNetwork(configuration), weights, preset)
+        super().__init__(configuration, DsgnNetwork, weights, preset)
         self.categories = tuple(categories)
         self.rule = given_rule or configuration.rule
 

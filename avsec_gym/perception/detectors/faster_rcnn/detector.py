@@ -24,7 +24,7 @@ from avsec_gym.perception.nn.box_coding import clip_boxes, decode_boxes
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights, check_weights
+from avsec_gym.perception.weights.given import Weights
 
 _PUBLISHED_SAMPLE = SampleCount(anchors=256, regions=512)
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=96)
@@ -58,8 +58,7 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         given_sample = instance_or_none("sample", sample, SampleCount)
         self.seed = seed_number("seed", seed)
         configuration, _ = chosen_configuration(FasterRcnnConfiguration, configuration)
-        check_weights(weights, f"{self.name}_{configuration.name}")
-        super().__init__(configuration, FasterRcnnNetwork(configuration), weights)
+        super().__init__(configuration, FasterRcnnNetwork, weights)
         is_small = configuration.name == "small"
         self.sample = given_sample or (_SMALL_SAMPLE if is_small else _PUBLISHED_SAMPLE)
 

@@ -15,7 +15,7 @@ from avsec_gym.perception.detectors.pixor.decoding import PixorDecodingRule, fou
 from avsec_gym.perception.detectors.pixor.network import PixorNetwork
 from avsec_gym.perception.detectors.pixor.upright_boxes import ground_heights, upright_boxes
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights, check_weights
+from avsec_gym.perception.weights.given import Weights
 
 _SMALL_RULE = PixorDecodingRule(candidates=512)
 """A near car has fifty cells: 64 may all be of the surest two."""
@@ -49,8 +49,7 @@ class PixorDetector(NetworkDetector[PixorConfiguration, PixorNetwork]):
     ) -> None:
         given_rule = instance_or_none("rule", rule, PixorDecodingRule)
         configuration, preset = chosen_configuration(PixorConfiguration, configuration)
-        check_weights(weights, f"{self.name}_{preset}")
-        super().__init__(configuration, PixorNetwork(configuration), weights, preset)
+        super().__init__(configuration, PixorNetwork, weights, preset)
         published = configuration == PixorConfiguration.preset("default")
         self.rule = given_rule or (PixorDecodingRule() if published else _SMALL_RULE)
 

@@ -25,7 +25,7 @@ from avsec_gym.perception.detectors.pointrcnn.proposals import (
 )
 from avsec_gym.perception.nn.rotated_nms import rotated_nms
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights, check_weights
+from avsec_gym.perception.weights.given import Weights
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,7 @@ class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork
     ) -> None:
         given_rule = instance_or_none("rule", rule, PointRcnnDecodingRule)
         configuration, preset = chosen_configuration(PointRcnnConfiguration, configuration)
-        check_weights(weights, f"{self.name}_{preset}")
-        super().__init__(configuration, PointRcnnNetwork(configuration), weights, preset)
+        super().__init__(configuration, PointRcnnNetwork, weights, preset)
         published = configuration == PointRcnnConfiguration.preset("default")
         self.rule = given_rule or (PointRcnnDecodingRule() if published else _SMALL_RULE)
 

@@ -50,8 +50,8 @@ class ProposalNetwork(nn.Module):
         super().__init__()
         self.backbone_net = PointBackbone(configuration.levels, configuration.propagation)
         features, dropout = configuration.propagation[0][-1], configuration.dropout
-        self.rpn_cls_layer = head(features, configuration.head, 1, dropout=dropout)
-        self.rpn_reg_layer = head(
+        self.rpn_cls_layer = point_head(features, configuration.head, 1, dropout=dropout)
+        self.rpn_reg_layer = point_head(
             features, configuration.head, configuration.coding.channels, dropout=dropout
         )
         last = self.rpn_cls_layer[-1]
@@ -65,7 +65,7 @@ class ProposalNetwork(nn.Module):
         return PointOutput(points, features, logits, self.rpn_reg_layer(features))
 
 
-def head(
+def point_head(
     inputs: int,
     hidden: tuple[int, ...],
     outputs: int,

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from avsec_gym.perception.detectors.pointrcnn.backbone import set_abstraction
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
-from avsec_gym.perception.detectors.pointrcnn.proposal_network import PointOutput, head
+from avsec_gym.perception.detectors.pointrcnn.proposal_network import PointOutput, point_head
 from avsec_gym.perception.nn.point_layers import PointLayers
 from avsec_gym.perception.nn.points_in_boxes import (
     enlarged,
@@ -72,7 +72,7 @@ class RefinementNetwork(nn.Module):
             self.SA_modules.append(set_abstraction(channels, level, is_normalised=is_normalised))
             channels = sum(outputs[-1] for outputs in level.channels)
         self.cls_layer, self.reg_layer = (
-            head(channels, refinement.head, outputs, dropout=0.0, is_normalised=is_normalised)
+            point_head(channels, refinement.head, outputs, dropout=0.0, is_normalised=is_normalised)
             for outputs in (1, refinement.coding.channels)
         )
         for layer in self.modules():

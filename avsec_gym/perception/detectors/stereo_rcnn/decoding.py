@@ -14,7 +14,7 @@ from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, solve_boxes
 from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels, align_depths
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import NetworkPixels, align_depths
 from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import (
     checked_borders,
@@ -192,7 +192,7 @@ def solved_boxes(
     scores: Floats,
     certainty: Floats,
     categories: Sequence[str],
-    images: tuple[Pixels, Pixels],
+    images: tuple[NetworkPixels, NetworkPixels],
     camera: StereoCamera,
     alignment: Alignment,
 ) -> EvidencedBoxes:

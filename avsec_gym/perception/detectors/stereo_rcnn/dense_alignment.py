@@ -18,7 +18,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, SolvedBoxes
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 
-Pixels = NDArray[np.float32]
+NetworkPixels = NDArray[np.float32]
 """Shape (H, W, 3), grey levels."""
 
 _UPPER_END, _LOWER_END = 0.5, 0.9
@@ -40,8 +40,8 @@ class AlignedDepths(NamedTuple):
 
 
 def align_depths(
-    left: Pixels,
-    right: Pixels,
+    left: NetworkPixels,
+    right: NetworkPixels,
     observed: ObservedBoxes,
     solved: SolvedBoxes,
     camera: StereoCamera,
@@ -180,8 +180,8 @@ def _surface_pixels(
 
 @kernel(nogil=True)
 def _differences(
-    left: Pixels,
-    right: Pixels,
+    left: NetworkPixels,
+    right: NetworkPixels,
     us: Integers,
     vs: Integers,
     behind: Floats,

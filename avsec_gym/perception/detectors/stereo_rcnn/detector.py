@@ -28,7 +28,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
     solved_boxes,
 )
 from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import StereoRcnnDecodingRule
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import NetworkPixels
 from avsec_gym.perception.detectors.stereo_rcnn.editions import preset_of_weights
 from avsec_gym.perception.detectors.stereo_rcnn.fit import fit_loss, fit_targets
 from avsec_gym.perception.detectors.stereo_rcnn.heads import KeypointOutput, PairBoxOutput
@@ -46,7 +46,7 @@ from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.weights.edition import chosen_edition
-from avsec_gym.perception.weights.given import Weights, check_weights
+from avsec_gym.perception.weights.given import Weights
 
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
@@ -88,9 +88,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         configuration, _ = chosen_edition(
             StereoRcnnConfiguration, configuration, weights, self.name, preset_of_weights
         )
-        check_weights(weights, f"{self.name}_{configuration.name}")
-        network = StereoRcnnNetwork(configuration)
-        super().__init__(configuration, network, weights, configuration.name)
+        super().__init__(configuration, StereoRcnnNetwork, weights, configuration.name)
         published = configuration.name == RESNET101.name
         self.rule = given_rule or configuration.rule
         self.alignment = given_alignment or configuration.alignment
@@ -261,7 +259,7 @@ def _cameras(batch: StereoBatch) -> list[StereoCamera]:
     ]
 
 
-def _pixels(image: Tensor) -> Pixels:
+def _pixels(image: Tensor) -> NetworkPixels:
     return image.detach().permute(1, 2, 0).float().cpu().contiguous().numpy()
 
 

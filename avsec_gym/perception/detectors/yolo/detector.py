@@ -18,7 +18,7 @@ from avsec_gym.perception.detectors.yolo.network import YoloNetwork, YoloOutput
 from avsec_gym.perception.detectors.yolo.targets import YoloTargets, find_targets
 from avsec_gym.perception.nn.box_coding import clip_boxes
 from avsec_gym.perception.presets import chosen_configuration
-from avsec_gym.perception.weights.given import Weights, check_weights
+from avsec_gym.perception.weights.given import Weights
 
 
 class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
@@ -44,8 +44,7 @@ class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
     ) -> None:
         self.rule = instance_of("rule", rule, SelectionRule)
         configuration, _ = chosen_configuration(YoloConfiguration, configuration)
-        check_weights(weights, f"{self.name}_{configuration.name}")
-        super().__init__(configuration, YoloNetwork(configuration), weights)
+        super().__init__(configuration, YoloNetwork, weights)
 
     def losses(
         self, images: Tensor, truth: Sequence[Boxes3D], targets: YoloTargets | None = None

@@ -17,7 +17,7 @@ from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
-Where = Literal["anywhere", "path", "blind_spot"]
+GhostArea = Literal["anywhere", "path", "blind_spot"]
 """Where a ghost is put: on any free ground (the thesis), in the victim's path, or where the rays of
 the other vehicles tell least."""
 

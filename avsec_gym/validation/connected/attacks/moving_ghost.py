@@ -13,7 +13,7 @@ from avsec_gym.attacks.object_scan import ObjectScan
 from avsec_gym.attacks.tampered_scan import holds_lidar
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant
-from avsec_gym.validation.connected.attacks.chosen_places import Where
+from avsec_gym.validation.connected.attacks.chosen_places import GhostArea
 from avsec_gym.validation.connected.attacks.pasted_object import PastedObject, PlacedGhost
 from avsec_gym.validation.connected.attacks.seen_objects import upright_pose
 from avsec_gym.validation.connected.proposals.ground_map import ground_map
@@ -53,7 +53,7 @@ class MovingGhost:
 
     vehicle: int | None = None
     distance: tuple[float, float] = (8.0, 25.0)
-    where: Where = "path"
+    where: GhostArea = "path"
     speed: float | None = None
     step: float = 0.1
     scan: ObjectScan | str | Path | None = None

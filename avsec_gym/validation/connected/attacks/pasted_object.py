@@ -27,7 +27,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, with_scan
 from avsec_gym.validation.connected.attacks.chosen_places import (
-    Where,
+    GhostArea,
     other_observers,
     place_in_path,
     telling_rays,
@@ -89,7 +89,7 @@ class PastedObject:
     scan: ObjectScan | str | Path | None = None
     fewest: int = 50
     rays_lost: bool = False
-    where: Where = "anywhere"
+    where: GhostArea = "anywhere"
     laser: str | None = None
     name: str = "paste"
     _scan: ObjectScan | None = field(init=False, repr=False)
@@ -102,7 +102,7 @@ class PastedObject:
             object.__setattr__(self, "bearing", number("bearing", self.bearing, -_TURN, _TURN))
         whole_number("fewest", self.fewest, 1)
         flag("rays_lost", self.rays_lost)
-        one_of("where", self.where, get_args(Where))
+        one_of("where", self.where, get_args(GhostArea))
         if self.laser is not None:
             one_of("laser", self.laser, tuple(LASERS))
         if self.bearing is not None and self.where != "anywhere":

@@ -14,9 +14,9 @@ from avsec_gym.validation.connected.messages.message_bytes import (
     check_length,
     column,
     header,
-    quantised,
     read_header,
     refused,
+    whole_number_bytes,
 )
 from avsec_gym.validation.connected.messages.region_message import MOST_REGIONS
 
@@ -62,7 +62,7 @@ class CropMessage:
         return (
             header(HeaderKind.CROPS, self.sender, len(counts))
             + counts.astype("<u4").tobytes()
-            + quantised(points, CENTIMETRE, "<i2")
+            + whole_number_bytes(points, CENTIMETRE, "<i2")
         )
 
     @classmethod

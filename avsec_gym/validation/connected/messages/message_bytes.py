@@ -81,7 +81,7 @@ def column(content: bytes, kind: DTypeLike, count: int, offset: int) -> NDArray[
     return np.frombuffer(content, kind, count, offset)
 
 
-def quantised(values: Floats, unit: float, kind: DTypeLike) -> bytes:
+def whole_number_bytes(values: Floats, unit: float, kind: DTypeLike) -> bytes:
     """Whole numbers of a unit, such as centimetres, as bytes.
 
     Raises:
@@ -101,7 +101,7 @@ def pose_bytes(pose: Floats) -> bytes:
         DataError: The position is more than 2,147 km away.
     """
     turned = Rotation.from_matrix(pose[:3, :3]).as_rotvec()
-    return quantised(pose[:3, 3], MILLIMETRE, "<i4") + turned.astype("<f4").tobytes()
+    return whole_number_bytes(pose[:3, 3], MILLIMETRE, "<i4") + turned.astype("<f4").tobytes()
 
 
 def read_pose_bytes(content: bytes, offset: int) -> Floats:

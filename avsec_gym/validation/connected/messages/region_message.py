@@ -16,10 +16,10 @@ from avsec_gym.validation.connected.messages.message_bytes import (
     column,
     header,
     pose_bytes,
-    quantised,
     read_header,
     read_pose_bytes,
     refused,
+    whole_number_bytes,
 )
 from avsec_gym.validation.connected.regions import Regions
 
@@ -67,8 +67,8 @@ class RegionMessage:
         return (
             header(HeaderKind.REGIONS, self.sender, len(regions))
             + pose_bytes(self.pose)
-            + quantised(regions.centre, CENTIMETRE, "<i2")
-            + quantised(np.maximum(regions.size, CENTIMETRE), CENTIMETRE, "<u2")
+            + whole_number_bytes(regions.centre, CENTIMETRE, "<i2")
+            + whole_number_bytes(np.maximum(regions.size, CENTIMETRE), CENTIMETRE, "<u2")
             + heading.astype("<i2").tobytes()
         )
 

@@ -13,7 +13,7 @@ from avsec_gym.validation.connected.rays.sequential import (
     count_false_alarms,
     fit_limit,
     lasting_test,
-    windows,
+    successive_windows,
 )
 
 
@@ -33,25 +33,28 @@ def test_one_frame_alone_cannot_alarm_below_the_clip() -> None:
 
 
 def test_windows_do_not_overlap() -> None:
-    assert [each.tolist() for each in windows(np.arange(7.0), 3)] == [[0, 1, 2], [3, 4, 5]]
+    assert [each.tolist() for each in successive_windows(np.arange(7.0), 3)] == [
+        [0, 1, 2],
+        [3, 4, 5],
+    ]
 
 
 def test_the_limit_of_a_rate_lets_so_many_windows_alarm() -> None:
     rng = np.random.default_rng(0)
-    fitted_on = windows(rng.normal(-0.5, 1.0, 40_000), 10)
+    fitted_on = successive_windows(rng.normal(-0.5, 1.0, 40_000), 10)
     page = fit_limit(fitted_on, rate=0.01)
     assert count_false_alarms(page, fitted_on).count == 40
-    judged = count_false_alarms(page, windows(rng.normal(-0.5, 1.0, 40_000), 10))
+    judged = count_false_alarms(page, successive_windows(rng.normal(-0.5, 1.0, 40_000), 10))
     assert judged.rate == pytest.approx(0.01, abs=0.006)
     low, high = judged.interval
     assert low < judged.rate < high
     # An attack of one standard deviation in every frame is found in nearly every window.
-    attacked = windows(rng.normal(1.0, 1.0, 10_000), 10)
+    attacked = successive_windows(rng.normal(1.0, 1.0, 10_000), 10)
     assert count_false_alarms(page, attacked).count > 900
 
 
 def test_no_window_alarms_at_the_rate_zero() -> None:
-    attack_free = windows(np.random.default_rng(2).normal(0, 1, 500), 10)
+    attack_free = successive_windows(np.random.default_rng(2).normal(0, 1, 500), 10)
     assert count_false_alarms(fit_limit(attack_free, 0.0), attack_free).count == 0
 
 
