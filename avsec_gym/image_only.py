@@ -68,7 +68,8 @@ def check_detector(detector: Any) -> None:
     """A detector that a car is to drive by has to say where things are.
 
     Args:
-        detector: Any; one whose boxes are known in the image only has ``image_only = True``.
+        detector: The detector; one whose boxes are known in the image only has ``image_only =
+            True``.
 
     Raises:
         ConfigurationError: It finds 2D boxes alone.

@@ -74,7 +74,7 @@ class SensorSystem:
 
     @property
     def cameras(self) -> tuple[int, ...]:
-        """From right to left."""
+        """The cameras from right to left."""
         return tuple(sensor for sensor in self.sensors if isinstance(sensor, int))
 
     @property

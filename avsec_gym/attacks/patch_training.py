@@ -78,7 +78,7 @@ def train_patch(
         configuration: Settings that the result depends on.
         folder: Folder for checkpoint, curves (curves.jsonl, curves.png), and the patch after each
             epoch.
-        resume: Go on with the training in the folder, if there is one.
+        resume: Whether the training in the folder goes on, if there is one.
         on_progress: Function that gets the steps done and the steps in all, of this call; the last
             ones judge.
         on_epoch: Function that gets the epochs done and each detector's mean loss to b* in the last
@@ -231,7 +231,7 @@ class _Run:
         self.pixels.data.clamp_(0, 255)
 
     def mean_losses(self, epoch: int) -> dict[str, float]:
-        """Of each detector in an epoch, counted from 1."""
+        """The mean loss of each detector in an epoch, counted from 1."""
         last = epoch * self.epoch_steps
         rows = [
             row["losses"]

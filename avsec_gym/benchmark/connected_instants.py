@@ -59,7 +59,7 @@ class InstantsRow:
         detected: Attacks about which it alarms.
         decidable: Attacks of which some other vehicle has rays enough to tell, as of the package's
             method of rays.
-        of_decidable: Of these, those about which it alarms.
+        of_decidable: The share of these about which it alarms.
         victim: Attacks of which it names the victim, and no other vehicle.
         another: Attacks of which it names another vehicle.
         cannot_tell: Attacks about which it alarms, but cannot tell whose LiDAR it is.
@@ -125,7 +125,7 @@ class _State:
 
     @classmethod
     def of(cls, run: Results, setting: str) -> _State:
-        """Without the places that offered the attack nothing."""
+        """The state of a setting at the places that offered the attack something."""
         found: dict[str, dict[str, float]] = {}
         for row in run.measurements(setting=setting):
             # A run knows no infinity: nothing is -inf.
@@ -142,7 +142,7 @@ class _State:
 
     @property
     def decidable(self) -> _State:
-        """Those of which another vehicle can tell."""
+        """The attacks that another vehicle can detect."""
         kept = np.flatnonzero(self.values[_DECIDABLE]).tolist()
         values = {name: [own[i] for i in kept] for name, own in self.values.items()}
         return _State([self.places[i] for i in kept], values)

@@ -38,7 +38,7 @@ def write_frames(
     Args:
         root: Folder; each set and setting has one of its own, ``root/SCENES/SETTING``.
         quick: Whether those of a quick entry.
-        on_progress: Called with the number of frames that are there and that of all.
+        on_progress: Function that gets the number of frames that are there and that of all.
 
     Returns:
         The folders.

@@ -176,13 +176,13 @@ def is_fail_safe(
 
 
 def others_brake(obstacles: Obstacles, heading: float, dt: float = 0.1) -> Obstacles | None:
-    """Those that drive as the car does, braking from now on; None: there are none.
+    """The vehicles that drive as the car does, braking from now on; None: there are none.
 
     They keep to the ways that they are believed to take.
 
     Args:
         obstacles: What the car believes in; each keeps its speed.
-        heading: The car's, radians.
+        heading: The car's heading, radians.
         dt: Length of a time step, seconds.
     """
     if not len(obstacles):
@@ -210,7 +210,7 @@ def widened(obstacles: Obstacles, which: NDArray[np.bool_] | None = None) -> Obs
 
     Args:
         obstacles: Rectangles, as a car believes in them.
-        which: Those that grow, shape (N,); None: all.
+        which: The obstacles that grow, shape (N,); None: all.
     """
     which = np.ones(len(obstacles), bool) if which is None else which
     shapes = tuple(

@@ -47,11 +47,12 @@ class NavsimScore:
     """The five parts of the score, each in [0, 1].
 
     Args:
-        no_collision: NC.
-        drivable: DAC.
-        time_to_collision: TTC.
-        progress: EP.
-        comfort: C.
+        no_collision: NC: whether no collision is the car's own fault, in part for one with a thing
+            that stands.
+        drivable: DAC: whether the car stays on the road.
+        time_to_collision: TTC: whether the time to a collision stays long enough.
+        progress: EP: the share of the possible progress that is made.
+        comfort: C: whether the drive is comfortable.
     """
 
     no_collision: float

@@ -42,7 +42,7 @@ class Demo:
     seed: int = 0
     """Seed of the scenes and the attacks."""
     workers: int | None = None
-    """Processes.  Default: one for each core, up to four."""
+    """Number of processes.  Default: one for each core, up to four."""
     json: bool = False
     """Print JSON instead of a table."""
 

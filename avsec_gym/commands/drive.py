@@ -87,7 +87,7 @@ class DriveInTraffic:
     resume: bool = False
     """Go on with the same drives where they were stopped."""
     jobs: int = 1
-    """Processes; the results are the same."""
+    """Number of processes; the results are the same."""
     pictures: int = 20
     """Most scenes with a bad end that the page shows as film strips; 0: no strips, no clip."""
     video: Literal["gif", "mp4"] = "gif"

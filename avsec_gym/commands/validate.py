@@ -90,8 +90,8 @@ class Validate:
     )
     """Whether damage is looked for in the sensors that are named, with those that are sound."""
     rrd: bool = False
-    """Beside each picture also write a recording for the Rerun viewer (extra `rerun`): images, scan
-    and damage in space."""
+    """Also write, beside each picture, a recording for the Rerun viewer (extra `rerun`): images,
+    scan and damage in space."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 

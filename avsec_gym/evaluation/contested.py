@@ -161,7 +161,7 @@ def chosen_recipe(
 
 @dataclass(frozen=True, eq=False)
 class ChosenFrames(LayoutFrames):
-    """Those of a suite's frames whose numbers are given.
+    """The frames of a suite whose numbers are given.
 
     Args:
         numbers: The numbers of the layouts.

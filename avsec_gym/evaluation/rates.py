@@ -226,7 +226,7 @@ def driving_safety(
         truth_motion: What the planner knows of motion when it plans on the ground truth.
         detected_motion: The same for detections.
         planner_of: The planner of a name; None: the names are those of search algorithms.
-        on_progress: Called with the number of episodes that are done, and of all.
+        on_progress: Function that gets the number of episodes that are done, and of all.
     """
     inputs: list[tuple[str, Mapping[str, Boxes3D] | None, Motion]] = [
         (GROUND_TRUTH, None, truth_motion)

@@ -31,7 +31,7 @@ _NEVER = 1e6
 
 
 class Measures(NamedTuple):
-    """Of B trajectories."""
+    """Measures of B trajectories."""
 
     path_length: Floats
     """m, shape (B,)."""

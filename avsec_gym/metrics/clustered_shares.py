@@ -159,8 +159,8 @@ def design_effect(hits: ArrayLike, clusters: Sequence[str]) -> float:
     """How many times as much a share varies as that of independent cases would; at least 1.
 
     Args:
-        hits: As of `share_of`, one or more.
-        clusters: As of `share_of`.
+        hits: Whether each case is a hit, as of `share_of`, one or more.
+        clusters: The cluster of each case, as of `share_of`.
 
     Example:
         >>> design_effect([True, True, False, False], ["a", "a", "b", "b"])

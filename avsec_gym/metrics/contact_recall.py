@@ -25,9 +25,9 @@ from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle
 
 MARGIN = 0.5
-"""Metres."""
+"""The margin around the car, metres."""
 HORIZON = 3.0
-"""Seconds; goals are open for as long."""
+"""The time for which goals are open, seconds."""
 
 
 class ContactWeights(NamedTuple):

@@ -25,7 +25,7 @@ def probability_of_improvement(
 
     Args:
         trainings: The scores of each training on T tasks, each of shape (T,), T at least 1.
-        other: Those of the other player on the same tasks, shape (T,).
+        other: The scores of the other player on the same tasks, shape (T,).
         resamples: Bootstrap samples.
         seed: Seed of the bootstrap.
 

@@ -48,8 +48,9 @@ class SafetyWeightedRecall:
     """The share of the weight of real objects that is found.
 
     Args:
-        recall: Over all frames and intentions, from 0 to 1; None where no object weighs anything.
-        by_intention: Of each driving intention alone.
+        recall: The recall over all frames and intentions, from 0 to 1; None where no object weighs
+            anything.
+        by_intention: The recall of each driving intention alone.
         frames: Number of frames.
         weighed: Number of objects that weigh something, counted once for each intention.
         threshold: The least score of a detection that counts.

@@ -22,7 +22,7 @@ class LocalWorkers:
 
     Args:
         configuration: The configuration of the run.
-        count: Processes.
+        count: The number of processes.
         threads: The number of threads of each.
         log: File that takes their warnings.
     """

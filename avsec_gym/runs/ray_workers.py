@@ -80,7 +80,7 @@ class RayWorkers:
         self._in_hand[number] = (actor.prepare.remote(cell), actor.do.remote(cell))
 
     def wait(self) -> list[tuple[int, News]]:
-        """Whose cell is done or who has started, or what ended them.
+        """News of the workers: whose cell is done, who has started, or what ended them.
 
         Raises:
             ConfigurationError: No actor does anything, and none has started in time.

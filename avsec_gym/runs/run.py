@@ -91,13 +91,14 @@ def run_experiments(
         experiments: Cells that several of them need are done once.
         configuration: Options that are not given get the experiments' defaults.
         root: Folder of the run: new, empty, or with a run of the same configuration.
-        workers: Processes; if None, as many as have cores for their threads, up to four on each
-            machine; 0: this very process. A cluster takes no more than it has cores for.
+        workers: The number of processes; if None, as many as have cores for their threads, up to
+            four on each machine; 0: this very process. A cluster takes no more than it has cores
+            for.
         threads: The threads of each process; if None, those that the run began with, or the cores
             divided by the processes. A network's last digits depend on it.
         backend: The place of the processes; their cores count, not those of the machine that asks.
-        retry: Do failed cells again.
-        on_progress: Called with the number of finished cells and that of all.
+        retry: Whether failed cells are done again.
+        on_progress: Function that gets the number of finished cells and that of all.
         besides: Names of files that may be in a new folder, since the caller has put them there.
 
     Raises:
@@ -187,7 +188,7 @@ def _failures(
         cells: The cells.
         team: The workers, who are sent home at the end.
         store: The store of the results.
-        on_finished: Called after each cell with the number of finished ones.
+        on_finished: Function that is called after each cell with the number of finished ones.
     """
     failures = []
     with closing(team), closing(finished_cells(cells, team)) as outcomes:

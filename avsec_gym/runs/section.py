@@ -48,7 +48,7 @@ class ReportRequest:
         experiments: Experiments of other packages whose sections are wanted, as
             ``"my_package.my_module:MY_EXPERIMENT"``. A run's folder may come from anywhere: nothing
             that only its manifest names is imported.
-        progress: Shows how far a job of a given name is.
+        progress: Function that shows how far a job of a given name is.
     """
 
     pictures: int = 0

@@ -151,7 +151,7 @@ def ghost_ceilings(
         scenes: The scenes.
         seed: Seed of the places.
         planner: The motion planner; None: A* over motion primitives.
-        on_progress: Called with the number of scenes that are done, and of all.
+        on_progress: Function that gets the number of scenes that are done, and of all.
     """
     planner = MotionPrimitivePlanner() if planner is None else planner
     truth: dict[Intention, list[SafetyRecord]] = {intention: [] for intention in Intention}

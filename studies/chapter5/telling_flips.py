@@ -49,7 +49,7 @@ class FlipRow:
         area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
         interval: The 95 % interval, by bootstrap over scenarios with all their attacks.
         more: How much larger it is than that of the average precision.
-        p_holm: As of `MeasureRow`, of these rows.
+        p_holm: The p-value after Holm's correction, as of `MeasureRow`, of these rows.
     """
 
     measure: str
@@ -78,7 +78,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
 
     Args:
         outcomes: The outcomes of a run.
-        cases: As of `telling_rows`.
+        cases: The measures of the cases, as of `telling_rows`.
 
     Returns:
         A row for each measure, detector and family, ``both`` and ``all`` among them.

@@ -107,7 +107,7 @@ class MotionAccuracy:
 
 @dataclass(frozen=True)
 class WorldMotion:
-    """Of the procedural world."""
+    """Accuracy of motion in the procedural world."""
 
     scenes: int
     accuracy: MotionAccuracy = field(metadata=FLAT)
@@ -123,7 +123,7 @@ class WorldRoads:
 
 @dataclass(frozen=True)
 class RealMotion:
-    """Of real frames, with their objects."""
+    """Accuracy of motion in real frames, with their objects."""
 
     frames: list[str]
     accuracy: MotionAccuracy = field(metadata=FLAT)

@@ -128,12 +128,12 @@ def _blocks(values: np.ndarray) -> np.ndarray:
 
 
 def measure(posed: PosedScene, capture: Capture) -> ImageNumbers:
-    """Of a rendered frame's left colour image."""
+    """The measures of a rendered frame's left colour image."""
     return _known(statistics(capture.images[2]))
 
 
 def real_images(kitti: Path) -> dict[str, ImageNumbers]:
-    """Of real left colour images, by frame.
+    """Real left colour images, by frame.
 
     Raises:
         DataError: A file is broken.

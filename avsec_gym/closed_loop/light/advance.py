@@ -75,7 +75,7 @@ def advance(
         cars: The car's state at every instant, shape (F, 5); what follows `frame` is written.
         frame: The present instant.
         count: Instants that the action is held for.
-        acceleration: m/s2.
+        acceleration: The car's acceleration, m/s2.
         steering: Angle that the wheels turn to, rad, positive to the left.
         dt: Seconds between two instants.
         aim: Goal and start.

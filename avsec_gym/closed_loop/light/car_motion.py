@@ -31,10 +31,10 @@ def drive_on(
 
     Args:
         state: The car's state, shape (5,).
-        acceleration: m/s2.
+        acceleration: The car's acceleration, m/s2.
         wanted: The angle that the wheels turn to, rad.
         rate: How fast they turn, rad/s.
-        dt: Seconds.
+        dt: Length of the step, seconds.
         after: Memory for the state that is reached, shape (5,).
     """
     acceleration, wanted = _within(acceleration, MOST_ACCELERATION), _within(wanted, _MOST_ANGLE)

@@ -164,7 +164,8 @@ def _remember(
     """Bring the normal numbers of those who are there to this instant.
 
     Args:
-        latent: Those of all actors, NaN before they were there, shape (N, `LATENT`); changed.
+        latent: The normal numbers of all actors, NaN before they were there, shape (N, `LATENT`);
+            changed.
         present: Who is there, shape (N,).
         fresh: New ones for those, in their order, shape (P, `LATENT`).
         keeps: How much of who is found, and of all else, is remembered.
@@ -226,7 +227,7 @@ def _displace(
     """Change world pose and size of a detection by its errors.
 
     Args:
-        pose: x, y, heading.
+        pose: x, y and heading of the detection; changed.
         extent: Length and width.
         errors: The model.
         own: The object's normal numbers, shape (`LATENT`,).

@@ -86,7 +86,7 @@ def compared_instant(
     Args:
         scans: The scan of each vehicle, by number.
         constants: What evidence is worth.
-        proposer: Proposes regions of a scan, all around.
+        proposer: The function that proposes regions of a scan, all around.
         learned: The model of the learned comparison.
     """
     budget = MessageBudget()

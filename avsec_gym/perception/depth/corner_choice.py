@@ -60,7 +60,7 @@ class MeasuredPair:
 
     @classmethod
     def read(cls, left: Path, right: Path, disparity: Path) -> MeasuredPair:
-        """From image files and a disparity PNG as KITTI's ``disp_occ_0`` holds them.
+        """Read image files and a disparity PNG as KITTI's ``disp_occ_0`` holds them.
 
         Raises:
             DataError: A file is missing or broken, the three differ in size or are too small, or

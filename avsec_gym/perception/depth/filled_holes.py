@@ -40,7 +40,7 @@ def filled_holes(disparity: Disparity) -> Disparity:
     it has; rows without any get those of the nearest row above, the first ones of that below.
 
     Args:
-        disparity: Pixels, NaN where unknown, shape (H, W).
+        disparity: The map, pixels, NaN where unknown, shape (H, W).
 
     Source:
         Menze and Geiger 2015, development kit of the stereo benchmark: the background

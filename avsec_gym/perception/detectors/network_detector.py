@@ -23,7 +23,7 @@ class NetworkDetector(Generic[Configuration, Network]):
     Args:
         configuration: Configuration of the network.
         network: Network to be given its weights, in place.
-        weights: See `give_weights`.
+        weights: The weights, see `give_weights`.
         preset: Name of the preset, whose weights ``shipped`` stands for.
 
     Raises:

@@ -10,7 +10,7 @@ from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.scan_variation import drawn_variation
 
 LARGEST_TURN = 0.2
-"""Radians."""
+"""The largest turn, radians."""
 
 
 def varied(

@@ -10,7 +10,7 @@ from avsec_gym.perception.training.point_samples import PointSample
 from avsec_gym.perception.training.scan_variation import drawn_variation
 
 LARGEST_TURN = np.pi / 18
-"""Radians, as published."""
+"""The largest turn, radians, as published."""
 
 
 def varied_points(

@@ -14,7 +14,7 @@ class ScanVariation(NamedTuple):
 
     mirrored: bool
     turn: float
-    """Radians."""
+    """The angle by which it is turned, radians."""
     scale: float
 
 
@@ -27,7 +27,7 @@ def drawn_variation(
         augmentation: The share of mirrored ones, and the ratio (`zoom`) of the largest scale to
             the smallest, whose middle is 1.
         largest_turn: The largest turn to either side, radians.
-        randomness: Draws.
+        randomness: The generator that draws it.
     """
     flip, turn, scale = randomness.uniform(size=3)
     return ScanVariation(

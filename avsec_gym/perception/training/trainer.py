@@ -56,11 +56,11 @@ def train(
         configuration: What the result depends on.
         folder: The folder of the run: checkpoint and curves.
         machine: The device, and how long it may take.
-        resume: Go on with the run in the folder, if there is one.
-        keep: Called with the network, bearing averaged weights, at each better validation.
-        on_progress: Called with steps done and steps in all, of this call.
-        on_compute: Called whenever losses are written, after some steps each.
-        on_validation: Called after each validation.
+        resume: Whether the run in the folder goes on, if there is one.
+        keep: Function that gets the network, bearing averaged weights, at each better validation.
+        on_progress: Function that gets steps done and steps in all, of this call.
+        on_compute: Function that is called whenever losses are written, after some steps each.
+        on_validation: Function that is called after each validation.
 
     Raises:
         DataError: The folder holds a run and `resume` is false, or one of another configuration.

@@ -31,7 +31,7 @@ class LearnedSamples:
     """Regions of which the truth is known.
 
     Args:
-        features: Their features, shape (N, F).
+        features: The features of the regions, shape (N, F).
         attacked: Whether each was attacked, shape (N,).
         instant: Number of the instant of each, shape (N,).
         instants: How many instants there are; in some of them nothing may be compared.
@@ -93,7 +93,7 @@ def fit_of_samples(
         samples: Regions of which the truth is known.
         on: What the instants are.
         constants: What the ratios among the features were fitted on, in words.
-        penalty: As of `fit_logistic`.
+        penalty: How much large weights cost, as of `fit_logistic`.
         folds: Number of parts of the instants, each of which is held out once.
 
     Raises:

@@ -65,7 +65,7 @@ def exchange_rays(
         scans: The scan of each vehicle, by number.
         merged: The regions.
         margins: What may lie apart.
-        traffic: Takes the messages.
+        traffic: The record that takes the messages.
         budget: The budget of each vehicle.
         motions: What each vehicle knows of what moves; None: all stands.
     """
@@ -122,5 +122,5 @@ def decide_by_rays(
 
 
 def is_decidable(counts: NDArray[np.int64], rates: RayRates) -> NDArray[np.bool_]:
-    """In which regions some vehicle bears witness of another's claim, shape (R,)."""
+    """Whether some vehicle bears witness of another's claim in each region, shape (R,)."""
     return np.asarray(decidable(counts, rates).any(axis=(1, 2)))

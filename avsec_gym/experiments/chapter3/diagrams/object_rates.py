@@ -86,9 +86,9 @@ class ObjectRates:
     """What detectors see of all attacks.
 
     Args:
-        scores: From which score on a box counts, by detector and scan, as text.
-        believed: By detector and bogus object.
-        mismatches: By IoU and attack, and without one.
+        scores: The scores from which on a box counts, by detector and scan, as text.
+        believed: How often bogus objects are believed, by detector and bogus object.
+        mismatches: How often mismatches alarm, by IoU and attack, and without one.
     """
 
     scores: Mapping[str, ScoreThreshold]
@@ -104,7 +104,7 @@ def object_rates(
     Args:
         results: The results of a run.
         configuration: The configuration of the run.
-        rate: r, the false alarm rate that mismatches are to keep.
+        rate: The false alarm rate r that mismatches are to keep.
         fewest: Frames of each part that it takes.
     """
     options = {**DIAGRAM_OPTIONS, **configuration.options}

@@ -50,7 +50,7 @@ class AnchorTargets:
     reversed: Tensor
 
     def to(self, like: Tensor) -> AnchorTargets:
-        """On the device of a tensor, with its floating type."""
+        """The targets on the device of a tensor, with its floating type."""
         image, angle, category, row, column = (part.to(like.device) for part in self.index)
         return AnchorTargets(
             (image, angle, category, row, column),

@@ -31,7 +31,7 @@ _REGION_OVERLAP = 0.5
 
 @dataclass(frozen=True, eq=False)
 class RegionSamples:
-    """Of B images with A anchors and R sampled regions each.
+    """Samples of B images with A anchors and R sampled regions each.
 
     Args:
         anchor_labels: 1 object, 0 background, -1 not sampled, shape (B, A).

@@ -22,7 +22,7 @@ _SMALLEST = 0.1
 
 @dataclass(frozen=True, eq=False)
 class ScanProposals:
-    """Of one scan, best score first.
+    """The proposals of one scan, best score first.
 
     Args:
         boxes: Rows as `points_in_boxes` takes them, camera frame, shape (M, 7).

@@ -174,7 +174,7 @@ class EvidencedBoxes:
     """Boxes, and what speaks for each of them beside its class.
 
     Args:
-        boxes: N, with the network's own scores.
+        boxes: The N boxes, with the network's own scores.
         evidence: The evidence in the order of `EVIDENCE`, shape (N, 3).
     """
 

@@ -28,7 +28,7 @@ _ELSEWHERE = 0.12
 
 
 class AlignedDepths(NamedTuple):
-    """Of N boxes."""
+    """The depths of N boxes."""
 
     depth: Floats
     """z in the left camera's frame, shape (N,), metres; the solver's where nothing was found."""

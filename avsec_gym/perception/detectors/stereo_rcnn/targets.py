@@ -32,14 +32,14 @@ DIMENSION_MEANS = (1.6, 1.5, 4.0, 0.0, 0.0)
 DIMENSION_DEVIATION = 0.5
 """...and over this."""
 KEYPOINT_CELLS = 28
-"""Across a region of the left image."""
+"""The number of cells across a region of the left image."""
 
 _REGION_OVERLAP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class PairSamples:
-    """Of B images with A anchors and R sampled regions each.
+    """Samples of B images with A anchors and R sampled regions each.
 
     Args:
         anchor_labels: 1 object, 0 background, -1 not sampled, shape (B, A).

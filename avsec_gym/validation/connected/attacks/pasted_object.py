@@ -224,7 +224,7 @@ class PlacedGhost:
     Args:
         victim: Number of the victim.
         scan: The scan that is pasted.
-        pose: From the ghost's own frame to the victim's velodyne frame, shape (4, 4).
+        pose: The transform from the ghost's own frame to the victim's velodyne frame, shape (4, 4).
     """
 
     victim: int

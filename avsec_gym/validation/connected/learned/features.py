@@ -54,7 +54,7 @@ class RegionEvidence:
     poses: Mapping[int, Floats]
 
     def compared(self, rates: RayRates) -> NDArray[np.bool_]:
-        """In which regions rays or surfaces of two vehicles were compared, shape (R,)."""
+        """Whether rays or surfaces of two vehicles were compared in each region, shape (R,)."""
         by_rays = decidable(self.counts, rates).any(axis=(1, 2))
         return np.asarray(by_rays | np.isfinite(self.distances).any(axis=(1, 2)))
 

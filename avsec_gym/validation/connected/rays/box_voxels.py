@@ -97,7 +97,7 @@ def _rays_between(
         upward: Row of the vehicle's pose that gives heights in the world, shape (4,).
         low: Height in the world above which they end, metres.
         high: Height below which they do, metres.
-        rays: Takes their indices.
+        rays: The array that takes their indices.
     """
     # A short loop over arrays that are bound outside of it: most rays are looked at here.
     distance, ends, count = image.distance, image.end, 0
@@ -130,11 +130,11 @@ def fill_places(
     Args:
         count: Numbers of voxels of the boxes, shape (C,).
         voxel: Flat voxels of the first box, of the second, and so on, shape (V,).
-        centre: As of `voxels_in_boxes`, shape (C, 3).
-        ahead: As of `voxels_in_boxes`, shape (C, 2).
-        half: As of `voxels_in_boxes`, shape (C, 3).
-        shape: As of `voxels_in_boxes`, shape (C, 3).
-        places: Takes the centres, shape (V, 3).
+        centre: Bottom centres of the boxes, as of `voxels_in_boxes`, shape (C, 3).
+        ahead: Cosines and sines of their headings, as of `voxels_in_boxes`, shape (C, 2).
+        half: Half of their sides, as of `voxels_in_boxes`, shape (C, 3).
+        shape: Numbers of voxels along their sides, as of `voxels_in_boxes`, shape (C, 3).
+        places: The array that takes the centres, shape (V, 3).
     """
     # Invariant: `v` is the number of voxels of the boxes before c, and of those done in it.
     v = 0

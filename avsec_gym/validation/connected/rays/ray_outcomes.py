@@ -62,7 +62,7 @@ class WitnessView(NamedTuple):
     below: float
     farthest: float
     resolved: float
-    """`WitnessMargins`."""
+    """The value of `WitnessMargins.resolved`."""
 
 
 @kernel(nogil=True)
@@ -83,9 +83,9 @@ def fill_counts(
 
     Args:
         look: The witness and the claims.
-        velocities: Of what is claimed, had it moved at several, shape (S, C, 2).
+        velocities: The velocities of what is claimed, had it moved at several, shape (S, C, 2).
         needed: Claims with fewer supported voxels are left at 0, shape (C,).
-        counts: Takes the numbers, 0 before, shape (S, C, 3).
+        counts: The array that takes the numbers, 0 before, shape (S, C, 3).
     """
     for s in range(len(velocities)):
         last = 0
@@ -205,8 +205,8 @@ def _distances_of_box(
         to_sensor: The transform from the world to the witness' velodyne frame, shape (4, 4).
         motion: The witness' speed, turn rate, and the period of its head.
         time: When the head faces the box, seconds after the scan's time.
-        doubt: By how much the times of the rays may differ from it, seconds.
-        box: As of `_ends_in_box`.
+        doubt: The seconds by which the times of the rays may differ from it.
+        box: The place of the box, as of `_ends_in_box`.
         half: Half of the box's length, width, height, shape (3,).
     """
     speed, turn_rate, _ = motion

@@ -14,7 +14,7 @@ _SMALL = 1e-2
 
 
 class SelfPrior(nn.Module):
-    """From fixed noise on the edges to displacements of the vertices.
+    """A network from fixed noise on the edges to displacements of the vertices.
 
     The weights are shared by all edges: what recurs over the object is learned once and fills in
     where points are missing, as smooth and as jagged as the rest (Hanocka et al., "Point2Mesh: a

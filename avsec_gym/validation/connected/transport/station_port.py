@@ -91,7 +91,7 @@ class StationPort:
         Args:
             step: The step.
             instant: The number of the instant.
-            decode: Makes a message of bytes, or refuses them with a DataError.
+            decode: Function that makes a message of bytes, or refuses them with a DataError.
             seconds: How long is waited.
             subjects: The vehicles about each of which every other one sends a message; None: each
                 sends one message, about none.
