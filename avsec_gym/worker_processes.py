@@ -94,12 +94,12 @@ class Worker:
                 env=os.environ | variables,
             )
         theirs.close()
-        with suppress(OSError):  # It has died already; `receive` will tell.
+        with suppress(OSError):  # It has died already; `receive` will show it.
             self._connection.send(sys.path)
             self._connection.send_bytes(first)
 
     def send(self, message: Any) -> None:
-        """Send something; if the worker has died, `receive` will tell.
+        """Send something; if the worker has died, `receive` will show it.
 
         Raises:
             ConfigurationError: It belongs to the main script.
@@ -133,7 +133,7 @@ class Worker:
         return self._connection.poll(seconds)
 
     def has_left(self) -> bool:
-        """Whether it is gone, and has nothing to say any more."""
+        """Whether it is gone, and nothing that it sent is left."""
         return self._process.poll() is not None and not self.said_something()
 
     def how_it_ended(self) -> str:

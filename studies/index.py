@@ -1,4 +1,4 @@
-"""What is said of each study's sources: on its pages, and for all of them in studies/README.md."""
+"""Remarks on each study's sources: on its pages, and for all of them in studies/README.md."""
 
 from __future__ import annotations
 

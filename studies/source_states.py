@@ -11,7 +11,7 @@ from studies.provenance import Record, changed, sources_of
 from studies.study import ROOT, Study
 
 CURRENT = "Sources: unchanged"
-"""What is said of a study whose sources are those of today begins so."""
+"""The remark on a study whose sources are those of today begins so."""
 _NAMED = 3
 """So many of the sources that have changed are named."""
 

@@ -3,7 +3,7 @@
 `all` are layouts of streets and highways as they come.  `contested` are those in which it matters
 what a car sees (`avsec_gym.evaluation.contested`), with the intentions for which it does: both as
 they were when the version was frozen, whatever a later planner makes of them.  A digest of the
-objects tells whether the package still makes these scenes.
+objects shows whether the package still makes these scenes.
 """
 
 from __future__ import annotations

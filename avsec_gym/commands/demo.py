@@ -149,7 +149,7 @@ class _FirstScene:
         finished = Counter(cell["arguments"]["scenario"] for cell in cells)
         if max(finished.values()) == of_one:
             self._waits = False
-            # The page at the end tells what is wrong; the run is worth more than this one.
+            # The page at the end reports what is wrong; the run is worth more than this one.
             with suppress(AvsecError):
                 Report(self._out, pictures=1).written(quietly=True)
                 console.say(f"{self._out / PAGE}: the first scene in a picture; others follow")

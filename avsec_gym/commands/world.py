@@ -134,7 +134,7 @@ class WorldTwin:
     limit: int | None = None
     """Only the first frames."""
     seed: int = 0
-    """Draws what labels do not tell: looks, surroundings, light."""
+    """Seed of what labels leave open: looks, surroundings, light."""
     style: Literal["city", "residential", "campus", "highway", "rural"] | None = None
     """How the places are built up.  Default: drawn to suit each frame."""
     road_type: Literal["street", "highway"] | None = None

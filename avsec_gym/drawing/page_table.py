@@ -54,7 +54,7 @@ class Table:
         folded: Whether the page shows its title only, until a reader opens it.
 
     Raises:
-        ValueError: A heading is empty: to who hears the page it would say nothing of its column.
+        ValueError: A heading is empty: a screen reader would have no name for its column.
     """
 
     title: str

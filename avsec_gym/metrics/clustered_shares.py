@@ -75,7 +75,7 @@ def share_of(hits: ArrayLike, clusters: Sequence[str]) -> Share:
 
     Example:
         >>> share = share_of([True] * 40, ["first", "second"] * 20)
-        >>> [round(bound, 3) for bound in share.interval]  # Two clusters say little.
+        >>> [round(bound, 3) for bound in share.interval]  # Two clusters show little.
         [0.342, 1.0]
     """
     if not np.size(hits):

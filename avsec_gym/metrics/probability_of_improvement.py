@@ -19,8 +19,8 @@ def probability_of_improvement(
 ) -> Sampled:
     """The probability that a training scores above another player on a task; a tie is half of it.
 
-    The bootstrap draws trainings and tasks, each with replacement: tasks are the same for everyone,
-    and so are drawn for all trainings together (Owen 2007, "The pigeonhole bootstrap").  Of one
+    The bootstrap draws trainings and tasks, each with replacement: tasks are the same for all
+    players, and so are drawn for all together (Owen 2007, "The pigeonhole bootstrap").  Of one
     training only tasks are drawn, of one task only trainings; of both one there is no interval.
 
     Args:

@@ -10,8 +10,9 @@ share of the weight that is found.  What the weights are is a choice:
   drive unsafe, 0 to all others.  It asks a planner, and holds for that one.
 
 Limits, whatever the weights: a recall knows nothing of ghosts, which is what patches add, and
-nothing of where a found box stands.  Whether it tells more of driving safety than average precision
-does is a question for measurements: studies/results/telling_measures.md has those of this project.
+nothing of where a found box stands.  Whether it predicts driving safety better than average
+precision does is a question for measurements: studies/results/telling_measures.md has those of this
+project.
 
 Source: the weighting by distance and time to collision is after Ceccarelli and Montecchi,
 "Evaluating Object (Mis)Detection From a Safety and Reliability Perspective: Discussion and

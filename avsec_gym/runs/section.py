@@ -103,7 +103,7 @@ class Section:
             console.
         parts: Tables and figures, in the order of the page.
         link: A shorter heading for the page's list of sections; the title, if empty.
-        context: What else is to be said below the heading.
+        context: What else stands below the heading.
         text_tables: The tables of the text, if others than those among `parts`.
     """
 

@@ -194,7 +194,7 @@ def ghost_places(
 ) -> Iterator[PatchPlace]:
     """Places of a specific patch, without end: the next ghost stands at the next one.
 
-    The distance is uniform in metres, so that a range does not tell of its near end alone; the
+    The distance is uniform in metres, so that a range does not stand for its near end alone; the
     column is uniform in the third of the image that the intention points to, as far as both views
     show the whole patch.  A ghost's row is that of the horizon, since planning looks from above.
 

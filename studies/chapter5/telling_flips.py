@@ -1,4 +1,4 @@
-"""Which measure of perception tells, of one attack, the episodes that it makes unsafe?
+"""Which measure of perception shows, of one attack, the episodes that it makes unsafe?
 
 Attacks can be ranked by a measure that knows nothing of single scenes.  Here each attack is looked
 at by itself: of the episodes that are safe unattacked, does the measure lose more in those that
@@ -36,7 +36,7 @@ from studies.chapter5.telling_measures import (
 
 @dataclass(frozen=True)
 class FlipRow:
-    """How well a measure tells episodes apart that became unsafe and that stayed safe.
+    """How well a measure parts episodes that became unsafe from those that stayed safe.
 
     Args:
         measure: One of `MEASURES`.
@@ -46,7 +46,7 @@ class FlipRow:
             files, whose format it is.
         became_unsafe: Number of those that are not under attack.
         scenes: Number of scenes that these are in.
-        area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
+        area: Area under the ROC curve of the measure's loss, within attacks; 0.5 is chance.
         interval: The 95 % interval, by bootstrap over scenarios with all their attacks.
         more: How much larger it is than that of the average precision.
         p_holm: The p-value after Holm's correction, as of `MeasureRow`, of these rows.
@@ -74,7 +74,7 @@ class _Episodes:
 
 
 def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
-    """How well the loss of each measure tells which episodes an attack makes unsafe.
+    """How well the loss of each measure shows which episodes an attack makes unsafe.
 
     Args:
         outcomes: The outcomes of a run.

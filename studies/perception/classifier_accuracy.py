@@ -42,7 +42,7 @@ _DISTANCES = ((0.0, 20.0), (20.0, 40.0), (40.0, 1e3))
 
 @dataclass(frozen=True)
 class JudgedObject:
-    """What was said of an object, and what is true.
+    """The classifier's answer for an object, and the truth.
 
     Args:
         frame: The id of its frame.
@@ -65,7 +65,7 @@ class JudgedObject:
 
 @dataclass(frozen=True)
 class JudgedType:
-    """What was said of a road, and what is true.
+    """The selector's answer for a road, and the truth.
 
     Args:
         scene: The place and time of the frame.

@@ -1,4 +1,4 @@
-"""All that labels and detections say of a detector of cars, as JSON."""
+"""All that labels and detections show of a detector of cars, as JSON."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class DistancePrecision:
 
 @dataclass(frozen=True)
 class DetectorScores:
-    """All that labels and detections say of a detector of cars."""
+    """All that labels and detections show of a detector of cars."""
 
     detections: int
     average_precision: Mapping[str, Precision]

@@ -78,7 +78,7 @@ def training(
     disparity: DisparityAccuracy | None,
     has_curves: bool,
 ) -> list[str]:
-    """What the cards of the weights say, and the curves.
+    """What the cards of the weights state, and the curves.
 
     Args:
         detectors: The results of `detector_precision`.

@@ -40,7 +40,7 @@ QUANTITIES = {
     "red_to_green": "red / green",
     "colourfulness": "mean distance from grey",
 }
-"""What is measured; grey values of 0 to 255 where nothing else is said."""
+"""What is measured; grey values of 0 to 255 where nothing else stands."""
 
 _SCALES = {"half": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
 _BLOCK = 12

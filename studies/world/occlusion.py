@@ -143,7 +143,7 @@ def calibrate(options: argparse.Namespace, frames: int | None = None) -> Occlusi
 
     Args:
         options: The options of `command.command`.
-        frames: How many are drawn; as the options say if None.
+        frames: How many are drawn; as many as the options ask for if None.
 
     Raises:
         ConfigurationError: There are no real frames.

@@ -60,8 +60,8 @@ class ComparedInstant:
 
     Args:
         regions: What the base station made of the proposals, R of them.
-        decidable: Whether a vehicle has enough rays at what another claims to tell, whatever they
-            tell, shape (R,).
+        decidable: Whether a vehicle has enough rays at what another claims to decide, whatever
+            they show, shape (R,).
         distances: Distances of the surfaces of all pairs of vehicles, metres, shape (R, V, V), NaN
             where nothing was compared (equation 4.1).
         results: The results by method.

@@ -1,7 +1,7 @@
 """Which way of enlarging a PSMNet checkpoint was trained with: known, or measured on a pair.
 
 Releases of torch before 0.4 kept the corners' centres where they were, later ones keep the edges by
-default.  A checkpoint does not say which one it learned, and fits both.
+default.  A checkpoint does not state which one it learned, and fits both.
 """
 
 from __future__ import annotations

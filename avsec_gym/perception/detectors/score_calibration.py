@@ -1,6 +1,6 @@
 """Scores as probabilities: 0.3 means that three in ten such boxes are real.
 
-Networks that were trained briefly say little more than 0.3 of anything, others 0.9; a threshold on
+Networks that were trained briefly give scores of little more than 0.3, others 0.9; a threshold on
 scores means the same for all of them only once they are calibrated.  Where a detector knows more of
 a box than how surely it is a car, such as how well both images agree on its place, that counts too.
 """

@@ -110,7 +110,7 @@ class ConnectedFit:
     def check(self, scans: Sequence[VehicleScan]) -> None:
         """Check that it holds for the LiDARs of an instant, too.
 
-        Scans of which nothing came back tell nothing, and are no reason to refuse.
+        Scans of which nothing came back show nothing, and are no reason to refuse.
 
         Raises:
             ConfigurationError: Beams that lie otherwise.

@@ -1,10 +1,10 @@
 """Real pairs of images: do they alarm, and which lights are too faint to be seen in them?
 
 Run ``python -m studies.chapter3.real_pairs.judge --kitti ROOT --json FILE``; `page` makes a page of
-the result.  No attack has a say in any threshold: that of brightness comes from rendered clean
+the result.  No threshold depends on an attack: that of brightness comes from rendered clean
 frames, and is raised to what clean real pairs show, by the rule of
-`avsec_gym.metrics.tolerance.tolerance_threshold`.  Where a pair is judged, its own scene has no say
-either.  ``--fits FOLDER`` writes the raised threshold into files of thresholds.
+`avsec_gym.metrics.tolerance.tolerance_threshold`.  Nor does what a pair is judged by depend on its
+own scene.  ``--fits FOLDER`` writes the raised threshold into files of thresholds.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _ERROR_SIGMAS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class SeenPair:
-    """What the two images of a pair say of each other.
+    """How the two images of a pair compare.
 
     Args:
         brightness: The value of `Brightness.patches`.
@@ -152,7 +152,7 @@ def run(options: argparse.Namespace) -> RealPairsResult:
 
 
 def seen_pair(frame: SensorFrame, depth: PairDepth) -> SeenPair:
-    """What a pair's images say of each other.
+    """How a pair's images compare.
 
     Args:
         frame: A frame with the images `LEFT` and `RIGHT`.
@@ -182,7 +182,7 @@ def raise_fits(folder: Path, least: float) -> None:
 
 @dataclass(frozen=True)
 class PairLimits:
-    """What a pair is judged by; its own scene has no say in what comes from real pairs.
+    """What a pair is judged by; what comes from real pairs is from other scenes.
 
     Args:
         rendered: Threshold of brightness from rendered frames.

@@ -39,7 +39,7 @@ class AnchorTargets:
             the class logits of `DsgnOutput`.
         corners: The corners of their objects, less the anchor's place, shape (P, 8, 3), metres.
         centerness: How close each is to its object, 1 for the closest, shape (P,).
-        reversed: 1 where the object heads the other way than its corners tell, 0 elsewhere, shape
+        reversed: 1 where the object heads the other way than its corners show, 0 elsewhere, shape
             (P,).  With half turns, corners are those of the box or of the box turned round, whose
             are closer to the anchor's.
     """

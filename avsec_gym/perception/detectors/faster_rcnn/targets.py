@@ -1,4 +1,4 @@
-"""What the network should have said: sampled anchors and regions and their targets.
+"""What the network should learn to give: sampled anchors, regions and their targets.
 
 A `RegionSamples` holds every choice that is not differentiable (which anchors, which regions,
 which object each belongs to), so that with one of them fixed the loss is a function of the pixels

@@ -86,7 +86,7 @@ class PixorConfiguration:
         focus: Exponent of the focal loss; 0: cross entropy, as in the public code.
         box_weight: The weight of the values in the loss.
         category: What is looked for.
-        object_height: The object height, metres, given to every box, since nothing is said of
+        object_height: The object height, metres, given to every box, since the network finds no
             heights: the mean of KITTI's cars.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What the network should have said: sampled anchors and regions and their targets (SPEC 3, 5).
+"""What the network should learn to give: sampled anchors, regions and targets (SPEC 3, 5).
 
 A `PairSamples` holds every choice that is not differentiable (which anchors, which regions, which
 object each belongs to), so that with one of them fixed the loss is a function of the pixels alone.

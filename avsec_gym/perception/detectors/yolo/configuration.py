@@ -89,7 +89,7 @@ class YoloConfiguration:
 
     @property
     def numbers(self) -> int:
-        """What is said of each box: four of its place, objectness, and a logit of each class."""
+        """The number of outputs of a box: four of place, objectness, and a logit of each class."""
         return 5 + len(self.categories)
 
     def size_for(self, height: int, width: int) -> tuple[int, int]:

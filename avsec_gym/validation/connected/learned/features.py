@@ -31,7 +31,7 @@ FEATURES = (
 """Counts of rays and distances to vehicles as log(1 + x), ratios in nats, distances of surfaces in
 metres; 0 where nothing was compared."""
 _LARGEST_RATIO = 30.0
-"""Nats beyond which ratios say no more."""
+"""Nats beyond which ratios count no more."""
 _FARTHEST = 100.0
 """Metres: how far a vehicle is that does not exist, or whose pose did not arrive."""
 

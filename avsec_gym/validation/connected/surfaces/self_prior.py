@@ -45,7 +45,7 @@ class SelfPrior(nn.Module):
         nn.init.zeros_(self.displacement.bias)
 
     def forward(self) -> Tensor:
-        """Displacements of the vertices, shape (V, 3): each the mean of what its edges say."""
+        """Displacements of the vertices, shape (V, 3): each the mean over its edges."""
         features = self.noise
         for number, convolution in enumerate(self.convolutions):
             out = torch.relu(convolution(self._with_neighbours(features)))
