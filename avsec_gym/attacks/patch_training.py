@@ -98,6 +98,7 @@ def train_patch(
         total = run.steps - first + judged
         saved = time.monotonic()
         with closing(run.curves):
+            # Steps; a checkpoint now and then, and the patch and its curves after each epoch.
             while run.state.step < run.steps:
                 run.step()
                 if on_progress is not None:
@@ -111,6 +112,7 @@ def train_patch(
                     run.curves.draw()
                     if on_epoch is not None:
                         on_epoch(epoch, run.mean_losses(epoch))
+        # Losses at places that the training did not draw, for the card.
         losses = run.judged(
             judged, lambda done: on_progress and on_progress(total - judged + done, total)
         )

@@ -67,6 +67,8 @@ def _braked(path: Floats, known: int, elapsed: float, speed: float, dt: float) -
         dt: Length of a time step, seconds.
     """
     # The path, without jumps of the heading, and straight on behind its end.
+    # Invariant: `turns` makes up for all jumps up to k, and `along` never falls, so that places on
+    # it can be interpolated.
     count = len(path) + 1
     x, y, heading, steering = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
     along, turns = np.zeros(count), 0.0

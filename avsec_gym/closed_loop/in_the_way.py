@@ -147,6 +147,7 @@ def _may_touch(
     lacking = turn**2 * farthest + 2 * abs(turn) * way + radius * (own_turn - turn) ** 2
     margin = lacking / 8 + TOLERANCE
     # The vehicle's extent in the rectangle's frame, at both steps.
+    # Invariant: low and high bound the vehicle's extents at the steps so far.
     low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
     for x, y, heading, facing in (
         (x1, y1, before[3], now[2]),

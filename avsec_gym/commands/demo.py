@@ -62,6 +62,7 @@ class Demo:
         whole_number("--seed", self.seed, 0)
         if self.workers is not None:
             whole_number("--workers", self.workers, 0)
+        # The run of both detectors under attack, then the drives.
         asked = Run(
             (_NAME,), CONTESTED, self.scenarios, self.seed, out=self.out, workers=self.workers
         )
@@ -69,6 +70,7 @@ class Demo:
         ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
         with console.progress("driving on") as shown:
             drive_on(self.out / DRIVES, self.seed, self._jobs, shown)
+        # The figures on the console, the page, and a sentence for each finding.
         folder = RunFolder.open(self.out)
         rows = demo_rows(outcomes_of(folder))
         if not self.json:

@@ -63,6 +63,7 @@ class ScoreDisparities:
         finders = self._finders()
         data = _pairs(self.kitti, self.truth)
         ids = data.ids[: self.limit]
+        # A pair counts for all estimators or for none, so that their rates are of the same pairs.
         errors: dict[str, list[Errors]] = {name: [] for name in finders}
         left_out: dict[str, DataError] = {}
         with console.progress("matching") as shown:

@@ -101,6 +101,7 @@ def draw_from_above(axes: Axes, truth: Boxes3D, found: Mapping[str, Boxes3D]) ->
     from matplotlib.collections import PolyCollection
 
     # Distances, and the camera's field of view.
+    # The ground: lines of distance, and the camera's field of view.
     axes.set_facecolor(ROAD)
     for distance in range(10, int(_AHEAD), 10):
         axes.axhline(distance, color="white", lw=0.8, zorder=0)

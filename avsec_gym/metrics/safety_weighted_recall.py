@@ -112,6 +112,7 @@ def safety_weighted_recall(
         [1.0, 0.0]
     """
     weigh = time_to_contact if weigh is None else weigh
+    # Of each frame and intention: the weight that is found, and the weight of all.
     sums = np.zeros((len(truth), len(Intention), 2))
     weighed = 0
     for number, (labels, seen) in enumerate(zip(truth, detections, strict=True)):
@@ -120,12 +121,14 @@ def safety_weighted_recall(
             real = real[real.category == category]
         if not len(real):
             continue
+        # Which real objects a detection stands for.
         believed = _obstacles(seen)
         found = meant(real, believed[believed.score >= threshold])
         for column, intention in enumerate(Intention):
             weights = weigh(real, intention)
             weighed += int((weights > 0).sum())
             sums[number, column] = weights[found].sum(), weights.sum()
+    # Their quotients, over all intentions with an interval, and by intention.
     total = sums.sum(axis=1)
     return SafetyWeightedRecall(
         _share(total, resamples, seed),

@@ -114,6 +114,7 @@ def run_experiments(
     configuration = with_defaults(configuration, experiments)
     with locked_folder(root) as root, ExitStack() as stack:
         _check_empty_or_run(root, besides)
+        # Where the processes are, and the run's manifest: begun here, or that of the folder.
         cluster = (
             stack.enter_context(ray_cluster(usable_cores())) if backend == Backend.RAY else None
         )
@@ -121,11 +122,13 @@ def run_experiments(
         manifest = _manifest(root, experiments, configuration, cores, workers, threads)
         workers = _workers(cores, workers, manifest["threads"], cluster)
         configuration = Configuration(**manifest["configuration"])
+        # The cells that the experiments need, those of several once.
         needs = {each.name: _distinct(each, configuration) for each in experiments}
         cells = list({cell: cell for own in needs.values() for cell in own})
         if not manifest["sittings"]:  # Before the results, so that they belong to something.
             write_manifest(root, manifest)
         with closing(ResultStore(root / RESULTS)) as store, log_into(root / LOG):
+            # Which of them the results lack.
             store.plan(needs, manifest["experiments"])
             if retry:
                 store.forget_failures(cells)
@@ -136,6 +139,7 @@ def run_experiments(
             there = [statuses[cell.id] for cell in cells if cell.id in statuses]
             failures: list[tuple[Cell, str]] = []
             if missing:
+                # A sitting: begun in the manifest, its cells done and stored one by one, closed.
                 sitting = begin_sitting(manifest, environment())
                 sitting |= {"command": command_line(), "workers": workers, "backend": backend}
                 write_manifest(root, manifest)

@@ -90,6 +90,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
     p_values: list[float] = []
     usual: dict[tuple[str, str], Sampled] = {}
     for measure in MEASURES:
+        # The measure of every case of an attack, and of the same cases unattacked.
         looked = dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks])
         values = {each: _by_case(measure, outcomes, each, cases) for each in looked}
         # Where there is nothing to measure, nothing is lost.
@@ -97,6 +98,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             attack: np.nan_to_num(values[attack.unattacked] - values[attack]) for attack in attacks
         }
         for key, group in groups_of(attacks).items():
+            # The episodes of a family's attacks, one after the other, each with its loss.
             own = [episodes[attack] for attack in group]
             scenario, intention, unsafe = (
                 np.concatenate([getattr(each, name) for each in own] or [np.zeros(0, int)])
@@ -106,6 +108,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             losses = np.array([lost[attack] for attack in group])
             scores = losses[number, scenario, intention] if len(own) else np.zeros(0)
             hits = unsafe.astype(bool)
+            # The area under the curve, and what it is beyond that of average precision.
             area = scenes.statistic(partial(_area, scores, hits, number, scenario))
             more = area - usual.setdefault(key, area)
             known = np.isfinite(area.value)

@@ -83,6 +83,7 @@ def advance(
         traffic: The traffic.
     """
     rate = steering_rate(cars[frame], steering)
+    # Invariant: rows up to `frame` are written, and none of the instants so far ends the drive.
     ending, path, crashed = DRIVING, 0.0, False
     for _ in range(count):
         # Where the car comes to.
@@ -104,6 +105,7 @@ def advance(
             ending = GOAL
         if ending != DRIVING:
             break
+    # How far it is along the lane that it began in.
     begin, end = road.lines[aim.start_lane, 0], road.lines[aim.start_lane, 1]
     along, _ = coordinates(road.points, begin, end, cars[frame, X], cars[frame, Y])
     return Reached(frame, ending, path, along - aim.start, crashed)

@@ -56,6 +56,7 @@ def drive_on(
     heading_2, heading_3 = heading + h / 2 * turn_1, heading + h / 2 * turn_2
     heading_4 = heading + h * turn_2
     # One after the other, as `Car` adds them: sums in another order would be rounded otherwise.
+    # Invariant: x and y hold the start and the parts so far.
     for part, weight, angle in (
         (v, 1 / 6, heading),
         (middle, 1 / 3, heading_2),

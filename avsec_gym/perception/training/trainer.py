@@ -72,6 +72,7 @@ def train(
     saved = began
     with closing(run.curves):
         try:
+            # Batches are prepared beside the steps, from the step on that the run has reached.
             prepared = batches(
                 task,
                 configuration,
@@ -105,6 +106,7 @@ def train(
             run.save()
             raise
         run.save()
+    # The network is left with the averaged weights.
     run.trained.load_state_dict(run.average.weights)
     run.trained.eval()
     state = run.state

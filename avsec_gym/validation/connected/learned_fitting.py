@@ -107,15 +107,18 @@ def fit_of_samples(
             f"A model is learned from {folds} instants or more, with attacked regions in several.",
             remedy="Take more instants.",
         )
+    # The log odds of each region by a model that lacked its instant.
     odds = np.empty(len(samples.attacked))
     for fold in range(folds):
         held_out = samples.instant % folds == fold
         odds[held_out] = _fitted(samples, ~held_out, penalty).log_odds(samples.features[held_out])
+    # The highest of each instant's attack-free regions, by which alarms are chosen.
     truth = samples.attacked
     clean = [
         float(odds[~truth & (samples.instant == number)].max(initial=-np.inf))
         for number in range(samples.instants)
     ]
+    # What the held-out odds are worth, for the card.
     of = [str(number) for number in samples.instant.tolist()]
     area = roc_area(
         ClusteredScores(odds[truth], [of[i] for i in np.flatnonzero(truth)]),
@@ -133,6 +136,7 @@ def fit_of_samples(
         round(area, 4),
         round(loss, 4),
     )
+    # The model that is kept lacks nothing.
     return LearnedFit(
         _fitted(samples, np.ones(len(truth), bool), penalty),
         tuple(sorted(round(each, 4) for each in clean)),

@@ -71,6 +71,7 @@ def exchange_rays(
     """
     regions, others = merged.regions, len(scans) - 1
     at_intervals = bool(np.ptp([scan.time for scan in scans]) > SEARCHED)
+    # Each vehicle claims what its rays end on in the regions, and sends that to all.
     observers, claimed = [], dict[int, Claims]()
     for number, scan in enumerate(scans):
         with traffic.step("claim"):
@@ -88,6 +89,7 @@ def exchange_rays(
         if read:
             claimed[number], message = read[0]
             traffic.broadcast("claims", message)
+    # Each vehicle counts how its own rays support the claims of every other one.
     layers = claimed_layers(claimed, regions, len(scans))
     counts = np.zeros((len(regions), len(scans), len(scans), 3), np.int64)
     for witness, observer in enumerate(observers):
@@ -107,6 +109,7 @@ def exchange_rays(
             if read_counts:
                 kept = admitted_counts(read_counts[0], claims)
                 counts[kept.region, about, witness] = kept.counts
+        # Of the regions in which it stands itself it sees nothing.
         counts[blind, :, witness] = 0
     return Testimonies(counts, layers, claimed)
 

@@ -111,6 +111,7 @@ def object_rates(
     if not options["believers"]:
         return None
     detectors, variants = believers_of(options), variants_of(options)
+    # The score from which on a box counts, of each detector and scan, by clean frames to fit on.
     scores = {
         (name, scan): score_threshold(
             results, truth_setting(FITTED),
@@ -118,6 +119,7 @@ def object_rates(
         )
         for name in detectors for scan in scans_of(options)
     }  # fmt: skip
+    # How often each detector of scans takes bogus points for an obstacle.
     believed = [
         row
         for name in detectors
@@ -125,6 +127,7 @@ def object_rates(
         if is_of_lidar(variant)
         and (row := _believed(results, name, variant, scores[name, variant.scan].score, fewest))
     ]
+    # The same score of the images' detector, whose objects the scan's are compared with.
     image = str(options["image_detector"])
     camera = score_threshold(
         results,
@@ -133,6 +136,7 @@ def object_rates(
         IN_IMAGE,
     )
     counts = _Counts(results, detectors[0], image, camera.score)
+    # How often mismatches alarm, where clean frames to fit on keep the rate.
     found = []
     for scan in scans_of(options):
         least = scores[detectors[0], scan].score

@@ -149,6 +149,8 @@ def _outcome(look: WitnessView, v: int, c: int, velocity: Floats, only_support: 
     nearest, deepest = _distances_of_box(look.to_sensor, motion, time, doubt, box, half)
     # The rays around it: one that ends in the box supports it, and one that ends before it
     # leaves the decision to the others.
+    # Invariant: of the rays looked at so far none supports it, and `found` is the last of their
+    # outcomes in the order MISSING, THROUGH, NEAR, OCCLUDED.
     found = MISSING
     from_row, to_row, from_column, to_column = cells_around(azimuth, elevation, across, rise)
     for row in range(from_row, to_row):
@@ -173,6 +175,7 @@ def _outcome(look: WitnessView, v: int, c: int, velocity: Floats, only_support: 
     if only_support or found != THROUGH or look.below <= 0.0:
         return found
     # Rays over the top of a thing that the witness sees, too, pass through nothing.
+    # Invariant: none of the lower rays looked at so far ends in the box.
     lower = 0.5 * min(look.below / claimed, 0.5)
     middle = elevation - lower
     from_row, to_row, from_column, to_column = cells_around(azimuth, middle, across, lower)
