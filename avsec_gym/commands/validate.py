@@ -142,6 +142,7 @@ class Validate:
             from avsec_gym.drawing.rerun_stream import check_rerun
 
             check_rerun()
+        # Options that exclude each other.
         for one, other in (
             ("kitti", "kitti_raw"),
             ("thresholds", "likelihood"),
@@ -164,6 +165,7 @@ class Validate:
                 )
         if (self.likelihood or self.fit_likelihood) and self.criterion != "any":
             raise ConfigurationError("--criterion chooses among thresholds, not with likelihoods")
+        # Numbers out of their ranges.
         for name, good in (
             ("clean", self.clean is None or 0 < self.clean < 1),
             ("rate", 0 <= self.rate <= 1),
