@@ -47,8 +47,8 @@ class NavsimScore:
     """The five parts of the score, each in [0, 1].
 
     Args:
-        no_collision: NC: whether no collision is the car's own fault, in part for one with a thing
-            that stands.
+        no_collision: NC: 1 without a collision by the car's own fault, 0.5 where only a thing that
+            stands was hit.
         drivable: DAC: whether the car stays on the road.
         time_to_collision: TTC: whether the time to a collision stays long enough.
         progress: EP: the share of the possible progress that is made.

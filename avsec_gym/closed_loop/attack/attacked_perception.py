@@ -36,7 +36,7 @@ class AttackedPerception:
 
     @property
     def frame_by_frame(self) -> bool:
-        """Whether every frame is looked at; attacks learn of every frame by `act`."""
+        """The attribute of the perception without the attack; attacks see all frames by `act`."""
         return bool(getattr(self.unattacked, "frame_by_frame", False))
 
     def begin(self, seed: int) -> None:

@@ -48,7 +48,7 @@ class ResidualConfiguration(Protocol):
 
     @property
     def edges(self) -> Edges:
-        """The values beyond the inputs of convolutions larger than 1x1."""
+        """The kind of values beyond the inputs of convolutions larger than 1x1."""
         ...
 
     @property
