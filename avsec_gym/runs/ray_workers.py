@@ -145,8 +145,8 @@ class RayWorkers:
 
     def _death(self, actor: _RayActor, error: Exception, at_work: bool) -> Died:
         errors = self._ray.exceptions
-        # Only these tell of the actor's own process; the others tell of its machine, of what
-        # stood on it, or of the way to it.
+        # Only these are about the actor's own process; the others are about its machine, about what
+        # stood on it, or about the way to it.
         own = (errors.ActorDiedError, errors.OutOfMemoryError, errors.RuntimeEnvSetupError,
                errors.WorkerCrashedError, errors.RayTaskError)  # fmt: skip
         living = self._cluster.living()
