@@ -23,7 +23,7 @@ class Kind(StrEnum):
 
     @property
     def words(self) -> str:
-        """It with its article, for a sentence: ``an optical attack``."""
+        """The kind with its article, for a sentence: ``an optical attack``."""
         boxes = {"detector": "a detector of 3D boxes", "image_detector": "a detector of 2D boxes"}
         article = "an" if self[0] in "aeiou" else "a"
         return boxes.get(self, f"{article} {self.replace('_', ' ')}")

@@ -19,7 +19,7 @@ class ScanPose:
     """Where and how a scan was taken, as the one who took it measures that.
 
     Args:
-        pose: From the velodyne frame to the world that all share, shape (4, 4).
+        pose: The transform from the velodyne frame to the world that all share, shape (4, 4).
         time: The time of the scan after the instant, seconds.
         speed: Speed along the heading while the head turned, m/s; 0 where motion is compensated.
         turn_rate: How fast the vehicle turned to the left, rad/s; 0 likewise.
@@ -53,8 +53,8 @@ class ConnectedScans:
     """What all others scanned at a vehicle's instant, and where its own scan was taken.
 
     Args:
-        own: Of the vehicle's own scan, which is that of its frame.
-        others: The others, one or more.
+        own: The pose of the vehicle's own scan, which is that of its frame.
+        others: The scans of the others, one or more.
     """
 
     own: ScanPose

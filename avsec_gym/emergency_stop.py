@@ -28,7 +28,7 @@ def emergency_stop(problem: PlanningScenario, deceleration: float = DECELERATION
 
     Args:
         problem: The problem, whose start and time step matter.
-        deceleration: m/s2.
+        deceleration: The deceleration, m/s2.
 
     Example:
         >>> from avsec_gym.scenario.planning_scenario import EgoState

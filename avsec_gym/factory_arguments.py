@@ -17,7 +17,7 @@ def check_arguments(
 
     Args:
         what: What it makes, for the message.
-        factory: Makes it from keyword arguments.
+        factory: The function or class that makes it from keyword arguments.
         arguments: The names of those that are given.
         where: Where its arguments are described, for the message.
 

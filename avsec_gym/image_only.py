@@ -65,10 +65,11 @@ def check_places(boxes: Boxes3D) -> None:
 
 
 def check_detector(detector: Any) -> None:
-    """A detector that a car is to drive by has to say where things are.
+    """Check that a detector finds where things are, as a car needs that is to drive by it.
 
     Args:
-        detector: Any; one whose boxes are known in the image only has ``image_only = True``.
+        detector: The detector; one whose boxes are known in the image only has ``image_only =
+            True``.
 
     Raises:
         ConfigurationError: It finds 2D boxes alone.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 Progress = Callable[[int, int], None]
-"""Called with the number of what is done, and that of all."""
+"""A function that gets the number of what is done, and that of all."""
 
 
 def no_progress(done: int, total: int) -> None:

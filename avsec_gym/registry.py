@@ -50,7 +50,7 @@ def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
     Args:
         kind: One of `Kind`.
         name: How users ask for it: letters, digits, ``_``, ``.``, ``+`` and ``-``.
-        factory: Makes the object from keyword arguments.
+        factory: The function or class that makes the object from keyword arguments.
 
     Raises:
         ConfigurationError: The name is taken, means something else in commands, or is none that can

@@ -74,7 +74,7 @@ class SensorSystem:
 
     @property
     def cameras(self) -> tuple[int, ...]:
-        """From right to left."""
+        """The cameras from right to left."""
         return tuple(sensor for sensor in self.sensors if isinstance(sensor, int))
 
     @property
@@ -134,4 +134,4 @@ def sensor_name(sensor: Sensor) -> str:
 
 KITTI_SYSTEM = SensorSystem((LIDAR, 1, 3, 2))
 """KITTI's with camera 2 as the reference; camera 0 stands 6 cm from it, and 1 and 3 stand 7 cm from
-each other, so that what they say of each other is little."""
+each other, so that they can check each other little."""

@@ -94,12 +94,12 @@ class Worker:
                 env=os.environ | variables,
             )
         theirs.close()
-        with suppress(OSError):  # It has died already; `receive` will tell.
+        with suppress(OSError):  # It has died already; `receive` will show it.
             self._connection.send(sys.path)
             self._connection.send_bytes(first)
 
     def send(self, message: Any) -> None:
-        """Send something; if the worker has died, `receive` will tell.
+        """Send something; if the worker has died, `receive` will show it.
 
         Raises:
             ConfigurationError: It belongs to the main script.
@@ -133,7 +133,7 @@ class Worker:
         return self._connection.poll(seconds)
 
     def has_left(self) -> bool:
-        """Whether it is gone, and has nothing to say any more."""
+        """Whether it is gone, and nothing that it sent is left."""
         return self._process.poll() is not None and not self.said_something()
 
     def how_it_ended(self) -> str:
@@ -165,7 +165,7 @@ class Worker:
 
 
 def wait_for(workers: Collection[Worker]) -> list[Worker]:
-    """Those of some workers that said something or died, at least one; waits for it."""
+    """The workers, of some, that have sent something or died; waits until there is one."""
     while True:
         ready = wait([worker._connection for worker in workers], _SECONDS_BETWEEN_LOOKS)
         # A process that the worker has forked may hold its end open: so we look for it, too.
@@ -187,7 +187,7 @@ def each_in_processes(
     Closing the generator ends the processes at once.
 
     Args:
-        prepare: Makes the function that does a task, once in each worker.
+        prepare: Function that makes the function that does a task, once in each worker.
         tasks: What to do; taken as workers become free.
         workers: How many processes at most.
         threads: The number of threads of each.

@@ -22,7 +22,7 @@ def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], obje
         run: The function from the options to the result.
 
     Returns:
-        The exit code: 1 where data or options were bad, which is said.
+        The exit code: 1 where data or options were bad, which is reported.
     """
 
     def work() -> None:
@@ -37,7 +37,7 @@ def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], obje
 
 
 def exit_code(work: Callable[[], None]) -> int:
-    """Do the work; 1 where data or options were bad, which is said."""
+    """Do the work; 1 where data or options were bad, which is reported."""
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     try:
         work()

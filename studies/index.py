@@ -1,4 +1,4 @@
-"""What is said of each study's sources: on its pages, and for all of them in studies/README.md."""
+"""Remarks on each study's sources: on its pages, and for all of them in studies/README.md."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def pages(states: Mapping[str, SourceState], root: Path = ROOT) -> dict[Path, st
 
 
 def outdated(written: Mapping[Path, str]) -> list[Path]:
-    """Those of the pages that hold something else, or are not there."""
+    """The pages that hold something else, or are not there."""
     return [path for path, text in written.items() if not path.is_file() or read_text(path) != text]
 
 

@@ -24,7 +24,7 @@ from studies.study import RESULTS, ROOT
 
 RECORDS = ROOT / RESULTS / "sources.json"
 _PLACE = re.compile(r"\w+(\.\w+)+:\w+")
-"""``"module:attribute"``."""
+"""The pattern of ``"module:attribute"``."""
 
 
 @dataclass(frozen=True)

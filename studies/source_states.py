@@ -11,7 +11,7 @@ from studies.provenance import Record, changed, sources_of
 from studies.study import ROOT, Study
 
 CURRENT = "Sources: unchanged"
-"""What is said of a study whose sources are those of today begins so."""
+"""The remark on a study whose sources are those of today begins so."""
 _NAMED = 3
 """So many of the sources that have changed are named."""
 
@@ -28,12 +28,12 @@ class SourceState:
 
     @property
     def word(self) -> str:
-        """In a word or two."""
+        """The state in a word or two."""
         return {None: "not made yet", True: "stale", False: "current"}[self.stale]
 
 
 def source_states(records: Mapping[str, Record], root: Path = ROOT) -> dict[str, SourceState]:
-    """That of every study; see `source_state`."""
+    """The state of every study; see `source_state`."""
     return {name: source_state(study, records, root) for name, study in STUDIES.items()}
 
 

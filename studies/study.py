@@ -34,7 +34,7 @@ class Step:
     """
 
     words: tuple[str, ...]
-    """Behind ``python``: a script, or ``-m`` and a module, and the arguments."""
+    """The words behind ``python``: a script, or ``-m`` and a module, and the arguments."""
     to: str = ""
     """The file that standard output is written to; empty: it is shown."""
 

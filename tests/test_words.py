@@ -87,7 +87,56 @@ def test_a_module_has_a_name_too(words: ModuleType) -> None:
 def test_a_field_is_described_with_its_noun(words: ModuleType) -> None:
     code = 'class A:\n    seed: int\n    """Of the draws."""\n    b: int\n    """A number."""\n'
     assert list(words.without_subject(code)) == [(3, "Of")]
-    assert list(words.without_subject('def f():\n    """Of this, nothing."""\n')) == []
+
+
+@pytest.mark.parametrize(
+    ("description", "found"),
+    [
+        ("That looks.", "That"), ("Of the vehicle that looks.", "Of"), ("See `Rig`.", "See"),
+        ("Makes the sensors.", "Makes"), ("Called with each.", "Called"), ("Metres.", "Metres."),
+        ("The sensors of the vehicle that looks.", None), ("Metres ahead of the car.", None),
+        ("How many metres lie ahead, see\n            `Rig`.", None),
+    ],
+)  # fmt: skip
+def test_an_argument_is_described_with_its_noun(
+    words: ModuleType, description: str, found: str | None
+) -> None:
+    code = f'''
+class A:
+    """A look.
+
+    Args:
+        rig: {description}
+
+    Raises:
+        DataError: In this case nothing is read.
+    """
+'''
+    assert list(words.without_subject(code)) == ([(6, found)] if found else [])
+    assert list(words.without_subject(code, docstrings=False)) == []
+
+
+def test_a_summary_begins_with_its_noun(words: ModuleType) -> None:
+    code = 'def {}() -> None:\n    """{}"""\n'
+    assert list(words.without_subject(code.format("f", "Of this, nothing."))) == [(2, "Of")]
+    assert list(words.without_subject(code.format("_f", "Of this, nothing."))) == []
+    assert list(words.without_subject(code.format("f", "In which regions cars stand."))) == []
+
+
+def test_the_sources_of_data_sets_are_left_as_they_are(
+    words: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(words, "ROOT", tmp_path)
+    places = ("avsec_gym/world/sun.py", "avsec_gym/rig.py", "avsec_gym/hub.py", "studies/study.py")
+    for place in places:
+        file = tmp_path / place
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text('def sun() -> float:\n    """In degrees."""\n    return 0.0\n')
+    complaints = words.complaints(tmp_path / place for place in places)
+    assert [each.partition(":")[0] for each in complaints] == [
+        "avsec_gym/hub.py",
+        "studies/study.py",
+    ]
 
 
 @pytest.mark.parametrize("name", ["page.js", "page.css", "page.html", "page.html.j2", "a.ipynb"])

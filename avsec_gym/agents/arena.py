@@ -91,7 +91,8 @@ class Arena:
         Args:
             act: The policy that acts.
             seeds: Seeds of the episodes.
-            on_episodes: Called with the number of episodes that have ended since the last call.
+            on_episodes: Function that gets the number of episodes that have ended since the last
+                call.
             most_steps: Steps after which an episode is left; None: it is played to its end.
         """
         size, play = (_MOST_AT_ONCE, self._batch) if self._has_batches else (1, self._one)

@@ -41,7 +41,7 @@ def baselines_of(
         training: The training scenes.
         steps: Environment steps that each search may take.
         seed: Seed of the searches.
-        on_steps: Called with the steps of each trial.
+        on_steps: Function that gets the steps of each trial.
     """
     space = training.environment.action_space
     yield Baseline.everywhere("random actions", random_actions(space, seed), 0)

@@ -131,6 +131,7 @@ def misfit(tensors: dict[str, Tensor], learner: Any) -> str | None:
             possible |= own
             if any(key in tensors for key in own):
                 expected |= own
+    # What is there: all that is expected, nothing else, and numbers that a training can have.
     for key in expected:
         if key not in tensors:
             return f"{key} is missing"

@@ -29,7 +29,7 @@ class ComparedAgent:
         name: The name of the player.
         played: The results of its held-out episodes.
         queries: Environment steps that it learned from, or was searched with.
-        training: Of a baseline, the results of training episodes, by which the best one is chosen;
+        training: The results of a baseline's training episodes, by which the best one is chosen;
             None of an agent.
     """
 

@@ -113,7 +113,7 @@ def compare(
         seed: Seed of the first held-out one; episode k has the seed ``seed + k``.
         queries: Environment steps that each baseline is searched with; None: as many as the agent
             learned from that learned longest.
-        on_progress: Called with environment steps done, and about how many there are in all.
+        on_progress: Function that gets environment steps done, and about how many there are in all.
 
     Raises:
         ConfigurationError: The agents are of several environments.
@@ -139,9 +139,9 @@ def compare_at_budgets(
     Args:
         agents: Agents of one environment, with the same arguments.
         budgets: Environment steps.
-        episodes: As in `compare`.
-        seed: As in `compare`.
-        on_progress: As in `compare`.
+        episodes: The number of episodes, as in `compare`.
+        seed: The seed, as in `compare`.
+        on_progress: Function of the progress, as in `compare`.
 
     Returns:
         The comparisons, the smallest budget first.

@@ -75,7 +75,7 @@ class AgentConfiguration:
         return self.env_kwargs | self.eval_env_kwargs
 
     def entry(self) -> dict[str, Any]:
-        """As the file has it."""
+        """The entry as the file has it."""
         facts = asdict(self)
         own = {name: facts[name] for name in _OWN if facts[name] != {}}
         return own | facts["arguments"]

@@ -62,7 +62,7 @@ class PlacePolicy(ActorCriticPolicy):
 
     Args:
         arguments: Arguments of stable-baselines3's `ActorCriticPolicy`.
-        named: The same, by name; the features extractor is `PlaceScores`.
+        named: Its arguments by name; the features extractor is `PlaceScores`.
     """
 
     def __init__(self, *arguments: Any, **named: Any) -> None:

@@ -36,7 +36,7 @@ class Episodes:
 
     @property
     def places(self) -> PlaceFeatures:
-        """Of shape (B, K)."""
+        """The places that are played, shape (B, K)."""
         return PlaceFeatures.decode(places_in(self.observations))
 
     @property

@@ -41,9 +41,9 @@ class SearchBudget:
         arena: The training scenes.
         steps: Steps in all.
         seed: Seed of the episodes and of the search.
-        on_steps: Called with the steps of each trial.
-        first_query: Try candidates at the first query of an episode alone: where the same action
-            again has the same answer, the others would be wasted.
+        on_steps: Function that gets the steps of each trial.
+        first_query: Whether candidates are tried at the first query of an episode alone: where the
+            same action again has the same answer, the others would be wasted.
     """
 
     arena: Arena

@@ -75,7 +75,7 @@ def train_agent(
         out: The agent's folder.
         seed: Seed of weights, exploration and environments.
         sitting: How long.
-        on_progress: Called with steps done and steps in all.
+        on_progress: Function that gets steps done and steps in all.
 
     Returns:
         The card, without a held-out result.

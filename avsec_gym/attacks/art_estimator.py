@@ -51,8 +51,8 @@ class StereoDetectorEstimator(LossGradientsMixin, NeuralNetworkMixin, BaseEstima
     """A stereo detector as ART attacks it.
 
     Args:
-        detector: O, one that has `losses`.
-        frame: Whichever shows the rig: its calibration and size are those of all pairs.
+        detector: The victim's detector O, one that has `losses`.
+        frame: Any frame that shows the rig: its calibration and size are those of all pairs.
         disparity: Disparity of the left image, pixels, 0 where unknown, shape (H, W), where all
             pairs show one frame; DSGN's training loss has a term for it.
 

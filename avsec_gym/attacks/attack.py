@@ -29,7 +29,7 @@ class Victim:
     """The attacker's knowledge of the attacked car; each attack uses as much as it needs.
 
     Args:
-        detector: O; an attack by gradient needs a `DifferentiableDetector`.
+        detector: The detector O; an attack by gradient needs a `DifferentiableDetector`.
         truth: Real objects, b^true.
         intention: Driving intention of the car; a specific attack aims at it.
         disparity: Disparity of the left image in pixels of the camera, 0 where unknown, shape (H,

@@ -50,9 +50,9 @@ class BogusObject:
         width: Width, metres.
         height: Height from the road up, metres.
         depth: Depth of a shell, metres.
-        distance: As of `LidarSpoofing`.
-        bearing: As of `LidarSpoofing`.
-        reference: As of `LidarSpoofing`.
+        distance: Distance from the LiDAR along the ground, metres, as of `LidarSpoofing`.
+        bearing: Bearing from the LiDAR, radians, as of `LidarSpoofing`.
+        reference: Number of the reference camera, as of `LidarSpoofing`.
         reflectance: Reflectance of the points.
         noise: Standard deviation of ranges, metres.
         name: Name of the attack in results.

@@ -26,7 +26,7 @@ def total_loss(
     """L, the sum of terms of the training loss; see `DifferentiableDetector.losses`.
 
     Args:
-        detector: O.
+        detector: The detector O.
         batch: Images of B pairs.
         truths: Real objects b^true of each pair.
         disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
@@ -73,7 +73,7 @@ def term_gradients(
     """The gradient of each of some terms of L at the pixels, shape (K, 2, B, 3, H, W).
 
     Args:
-        detector: O.
+        detector: The detector O.
         batch: Images of B pairs.
         truths: Real objects b^true of each pair.
         names: Names of K terms of the training loss.

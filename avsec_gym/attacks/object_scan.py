@@ -162,7 +162,7 @@ def read_object_scan(path: str | Path) -> ObjectScan:
 
 
 def object_pose(pose: Floats, bottom: float) -> Floats:
-    """From an object's own frame to the vehicle frame, shape (4, 4)."""
+    """The transform from an object's own frame to the vehicle frame, shape (4, 4)."""
     x, y, heading = pose
     cos, sin = np.cos(heading), np.sin(heading)
     return np.array([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, bottom], [0, 0, 0, 1]])

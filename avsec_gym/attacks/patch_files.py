@@ -36,12 +36,13 @@ class PatchCard:
     """What is known of a trained patch; JSON beside the file.
 
     Args:
-        detectors: Whom it was trained against: the SHA-256 of each one's weights by name.
+        detectors: The detectors that it was trained against: the SHA-256 of each one's weights by
+            name.
         data: The frames.
         training: Configuration of the training, the seed included.
         losses: Losses to b*, by detector: means over places that training did not draw, of plain
             ``grey`` and of the ``patch``; none of a training that goes on.
-        epochs: Passes over the frames.
+        epochs: The number of passes over the frames.
         steps: Number of training steps.
         minutes: Duration of the training, minutes.
         versions: Versions of the software that made it.
@@ -118,7 +119,7 @@ class Patch:
 
 
 def texels(radius: float) -> int:
-    """Of a patch's side, one for each pixel of the image."""
+    """The texels of a patch's side, one for each pixel of the image."""
     return int(np.ceil(2 * radius))
 
 

@@ -24,7 +24,7 @@ RADIUS = 38.0
 """Pixels of images of 1242 x 375 (thesis, section 5.4.3)."""
 
 _TILTS = (0.001, 180.0)
-"""Degrees."""
+"""The tilts that may be asked for, degrees."""
 _ROUNDING = 1e-6
 """Pixels, so that a patch at the very edge of what can be is still inside."""
 
@@ -112,14 +112,14 @@ class PatchRange:
         return float(np.radians(self.tilt))
 
     def least_disparity(self, calibration: Calibration, lowest_row: float) -> float:
-        """Of a patch whose lowest point is seen in this row: at the far end, or on the ground."""
+        """The least disparity of a patch whose lowest point is in this row."""
         projection = calibration.projection(LEFT)
         below_horizon = lowest_row - projection[1, 2]
         ground = projection[1, 1] * self.camera_height / max(below_horizon, 1e-9)
         return focal_times_baseline(calibration) / float(min(self.farthest, ground))
 
     def greatest_disparity(self, calibration: Calibration) -> float:
-        """Of the nearest patch."""
+        """The disparity of the nearest patch."""
         return focal_times_baseline(calibration) / self.nearest
 
 

@@ -78,7 +78,7 @@ def train_patch(
         configuration: Settings that the result depends on.
         folder: Folder for checkpoint, curves (curves.jsonl, curves.png), and the patch after each
             epoch.
-        resume: Go on with the training in the folder, if there is one.
+        resume: Whether the training in the folder goes on, if there is one.
         on_progress: Function that gets the steps done and the steps in all, of this call; the last
             ones judge.
         on_epoch: Function that gets the epochs done and each detector's mean loss to b* in the last
@@ -98,6 +98,7 @@ def train_patch(
         total = run.steps - first + judged
         saved = time.monotonic()
         with closing(run.curves):
+            # Steps; a checkpoint now and then, and the patch and its curves after each epoch.
             while run.state.step < run.steps:
                 run.step()
                 if on_progress is not None:
@@ -111,6 +112,7 @@ def train_patch(
                     run.curves.draw()
                     if on_epoch is not None:
                         on_epoch(epoch, run.mean_losses(epoch))
+        # Losses at places that the training did not draw, for the card.
         losses = run.judged(
             judged, lambda done: on_progress and on_progress(total - judged + done, total)
         )
@@ -231,7 +233,7 @@ class _Run:
         self.pixels.data.clamp_(0, 255)
 
     def mean_losses(self, epoch: int) -> dict[str, float]:
-        """Of each detector in an epoch, counted from 1."""
+        """The mean loss of each detector in an epoch, counted from 1."""
         last = epoch * self.epoch_steps
         rows = [
             row["losses"]

@@ -132,7 +132,7 @@ class Perturbation:
 
         Args:
             batch: Images of B pairs at the camera's own resolution.
-            detector: O.
+            detector: The detector O.
             truths: Real objects b^true of each pair.
             disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
             seed: Seed of the random start, and of what `gradient` draws.
@@ -167,7 +167,7 @@ class Perturbation:
 
         Args:
             batch: Images as the steps before left them; see `perturbed` for the other ones.
-            detector: O.
+            detector: The detector O.
             truths: Real objects b^true of each pair.
             disparity: Disparities of the left images.
             seed: Seed of the step, for attacks that draw.

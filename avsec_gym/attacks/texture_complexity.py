@@ -12,7 +12,7 @@ from avsec_gym.attacks.side_area import Mask
 from avsec_gym.frame import Image
 
 _WINDOW = 7
-"""Pixels, in both directions."""
+"""The side of the window, pixels."""
 
 
 @dataclass(frozen=True)
@@ -51,5 +51,5 @@ def texture_complexity(image: Image, region: Mask) -> TextureComplexity:
 
 
 def luminance(image: Image | NDArray[np.float32]) -> NDArray[np.float64]:
-    """Of red, green and blue, grey levels, shape (H, W)."""
+    """The luminance of red, green and blue, grey levels, shape (H, W)."""
     return np.asarray(image @ np.array([0.299, 0.587, 0.114]))

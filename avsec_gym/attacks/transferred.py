@@ -38,5 +38,5 @@ class TransferredAttack:
         return self._attack.budget
 
     def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
-        """See `Attack`; of the victim, everything is known but the detector."""
+        """The attack, see `Attack`; of the victim, everything is known but the detector."""
         return self._attack.attack(frame, replace(victim, detector=self._detector), seed)

@@ -41,7 +41,8 @@ class AdaptiveRow:
         setting: The setting of the adaptive attack.
         against: The setting of the listed one.
         measure: What the difference is of: ``safe`` or ``collided`` episodes, ``detected`` attacks.
-        difference: Of that share, the adaptive attack minus the listed one, on the same cases.
+        difference: The difference of that share, the adaptive attack minus the listed one, on the
+            same cases.
         breaks: Whether it does better than every listed attack, the whole interval on its side of
             0.
         detected: Frames or attacks under the adaptive attack about which a validator alarms.
@@ -114,11 +115,12 @@ def detection_row(
 
     Args:
         setting: The setting of the adaptive attack.
-        against: That of the listed one.
-        changed: Of each place, 1 where only the adaptive attack is detected, -1 where only the
-            listed one is, else 0.
+        against: The setting of the listed one.
+        changed: A number for each place: 1 where only the adaptive attack is detected, -1 where
+            only the listed one is, else 0.
         places: The places.
-        detected: Of the adaptive attacks that another vehicle can tell of, those that are detected.
+        detected: The share of detected attacks among the adaptive ones that another vehicle can
+            see.
     """
     difference = difference_of(changed, places)
     return AdaptiveRow(setting, against, "detected", difference, _is_below(difference), detected)

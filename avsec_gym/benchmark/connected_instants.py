@@ -57,9 +57,9 @@ class InstantsRow:
         alarms: Instants at which it alarms, wherever.
         honest_named: Instants at which it names a vehicle that is not attacked.
         detected: Attacks about which it alarms.
-        decidable: Attacks of which some other vehicle has rays enough to tell, as of the package's
+        decidable: Attacks that some other vehicle has rays enough to detect, by the package's
             method of rays.
-        of_decidable: Of these, those about which it alarms.
+        of_decidable: The share of these about which it alarms.
         victim: Attacks of which it names the victim, and no other vehicle.
         another: Attacks of which it names another vehicle.
         cannot_tell: Attacks about which it alarms, but cannot tell whose LiDAR it is.
@@ -94,7 +94,7 @@ def instants_rows(run: Results) -> list[InstantsRow]:
 
 
 def instants_adaptive_rows(run: Results) -> list[AdaptiveRow]:
-    """A row for each attack: adaptive beside listed, where another vehicle can tell of both.
+    """A row for each attack: adaptive beside listed, where another vehicle can detect both.
 
     Args:
         run: A run of `BENCHMARK_INSTANTS`.
@@ -125,7 +125,7 @@ class _State:
 
     @classmethod
     def of(cls, run: Results, setting: str) -> _State:
-        """Without the places that offered the attack nothing."""
+        """The state of a setting at the places that offered the attack something."""
         found: dict[str, dict[str, float]] = {}
         for row in run.measurements(setting=setting):
             # A run knows no infinity: nothing is -inf.
@@ -142,7 +142,7 @@ class _State:
 
     @property
     def decidable(self) -> _State:
-        """Those of which another vehicle can tell."""
+        """The attacks that another vehicle can detect."""
         kept = np.flatnonzero(self.values[_DECIDABLE]).tolist()
         values = {name: [own[i] for i in kept] for name, own in self.values.items()}
         return _State([self.places[i] for i in kept], values)
@@ -213,7 +213,7 @@ class BenchmarkInstants:
 
     @cached_property
     def _rays(self) -> ConnectedValidator:
-        """What tells which attacks another vehicle sees."""
+        """The validator that decides which attacks another vehicle sees."""
         return rays_validator()
 
     def __call__(self, number: int) -> CellResult:
@@ -242,9 +242,9 @@ class BenchmarkInstants:
         return CellResult(measurements=measured)
 
     def _quieter(self, best: _Values, attacked: AttackedInstant | None) -> _Values:
-        """The attempt that another vehicle can tell of, but the validator is least sure of.
+        """The attempt that another vehicle can detect, but the validator is least sure of.
 
-        Where no vehicle has rays enough no validator can tell: such attempts prove nothing.
+        Where no vehicle has rays enough no validator can: such attempts prove nothing.
         """
         if attacked is None or not self._is_decidable(attacked):
             return best
@@ -263,7 +263,7 @@ class BenchmarkInstants:
         Args:
             instant: The instant, attacked or not.
             attacked: The attack on it; None: there is none.
-            decidable: Whether another vehicle can tell of the attack; None: it is asked.
+            decidable: Whether another vehicle can detect the attack; None: it is asked.
         """
         judged = self._validator.validate(instant.scans, id=instant.id)
         named, victim = judged.named, -1 if attacked is None else attacked.victim

@@ -2,8 +2,8 @@
 
 Places of the procedural world, of judging assets, each with three vehicles that scan it once; their
 poses and clocks err as usual in chapter 4.  Each place is judged as it is, with a ghost in one
-vehicle's scan, and with an object removed from one.  A digest of all actors tells whether the
-package still makes these places.
+vehicle's scan, and with an object removed from one.  A digest of all actors shows whether
+the package still makes these places.
 """
 
 from __future__ import annotations

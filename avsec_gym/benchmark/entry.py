@@ -37,9 +37,9 @@ class Precision:
     """How well cars are found: average precision of moderate ones, percent.
 
     Args:
-        strict: In 3D at an overlap of 0.7, 11 recall points, with its interval.
+        strict: The precision in 3D at an overlap of 0.7, 11 recall points, with its interval.
         strict_40: The same with 40 recall points.
-        loose: In 3D at an overlap of 0.5, 11 recall points.
+        loose: The precision in 3D at an overlap of 0.5, 11 recall points.
         labels: Number of labels that count.
         ceiling: What perfect detections of so many labels reach, of `strict`.
     """
@@ -114,8 +114,9 @@ class Entry:
         skipped: Sets that it was not driven in, by name, each with a sentence why.
         world: Fingerprint of the procedural world that rendered the scenes; empty without images.
         weights: SHA-256 of the weights of all networks that took part, by detector.
-        budget: Of an attack: the most that it changes, grey levels, and of how many pixels.
-        made_by: Of the sitting that drove last: versions of the package and of the libraries, the
+        budget: The most that an attack changes, grey levels, and of how many pixels; None of other
+            parts.
+        made_by: What the last sitting ran on: versions of the package and of the libraries, the
             machine, the threads of a process.
         failed: Scenes that could not be driven, whose episodes are missing.
     """

@@ -56,7 +56,7 @@ class EntrySet:
         configuration: The scenes by the set's name, and what is entered.
         count: The number of scenes.
         digest: What they were frozen as.
-        rows: Makes the rows of an entry of a run.
+        rows: Function that makes the rows of an entry of a run.
     """
 
     experiment: Experiment
@@ -67,7 +67,7 @@ class EntrySet:
 
     @property
     def name(self) -> str:
-        """Of the set."""
+        """The name of the set."""
         return self.configuration.scenarios
 
 
@@ -76,8 +76,9 @@ class EntrySets:
     """The sets of an entry.
 
     Args:
-        driven: Those that it is driven in.
-        skipped: Those that it is not, by name, each with a sentence why and what to do.
+        driven: The sets that it is driven in.
+        skipped: The sets that it is not driven in, by name, each with a sentence why and what to
+            do.
     """
 
     driven: Sequence[EntrySet]

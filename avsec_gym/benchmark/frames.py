@@ -38,7 +38,7 @@ def write_frames(
     Args:
         root: Folder; each set and setting has one of its own, ``root/SCENES/SETTING``.
         quick: Whether those of a quick entry.
-        on_progress: Called with the number of frames that are there and that of all.
+        on_progress: Function that gets the number of frames that are there and that of all.
 
     Returns:
         The folders.
@@ -71,7 +71,7 @@ def write_frames(
 
 
 def _write(folder: Path, scenes: FrameScenes, scene: Scene, pipeline: Pipeline) -> None:
-    """One frame; the right image is written last, and tells that all is there."""
+    """One frame; the right image is written last, and shows that all is there."""
     if is_there(folder / "image_3" / f"{scene.id}.png"):
         return
     source = scenes.data[scene.id].folder

@@ -38,7 +38,7 @@ FOLDERS = (
     "road_dynamic_annotation",
     "nocar",
 )
-"""Those of the labelled scenarios that are read."""
+"""The folders of the labelled scenarios that are read."""
 _DIGITS = 16
 _HASH = re.compile(rf"[0-9a-f]{{{_DIGITS}}}")
 _REMEDY = "It belongs to the package: install it again."
@@ -114,7 +114,7 @@ class FrozenLabels:
         return {Path(name).stem: read_labels(root / name, keep_dont_care=True) for name in names}
 
     def of_contested(self, scenes: SceneSet) -> SceneSet:
-        """Those scenes and intentions of a set that were contested."""
+        """The contested scenes and intentions of a set."""
         kept = tuple(scene for scene in scenes.labelled if scene.id in self.contested)
         return replace(scenes, name=KITTI_CONTESTED, scenes=kept, intentions=self.contested)
 

@@ -48,8 +48,9 @@ class DrivesRow:
         progress: Mean share of the way at the least cruising speed, as NAVSIM's score has it.
         navsim_score: Mean of NAVSIM's score.
         against: The setting that the differences are to, on the same drives.
-        at_fault_difference: Of the share of drives at fault, this setting minus the other.
-        navsim_difference: Of the mean score.
+        at_fault_difference: The difference of the share of drives at fault, this setting minus the
+            other.
+        navsim_difference: The difference of the mean score.
         attack: What the error model's card names as the attack.
         error_model: SHA-256 of the error model's file; empty: there is none.
         white_box: Whether the attack takes the gradients of the detector that it meets.
@@ -134,7 +135,7 @@ class _MeasuredDrives:
         return self._estimate(self._array(name))
 
     def difference(self, before: _MeasuredDrives | None, name: str) -> Estimate | None:
-        """To the same drives of another setting; those of cells that failed are missing in both."""
+        """The difference to the same drives of another setting; both lack failed cells."""
         if before is None:
             return None
         return self._estimate(self._array(name) - before._array(name))

@@ -106,7 +106,7 @@ class _Model:
 
     @property
     def name(self) -> str:
-        """Of its setting: the attack's."""
+        """The name of its setting: the attack's."""
         if not self.attack:
             return UNATTACKED
         return str(_arguments(self.attack).get("name"))

@@ -65,9 +65,9 @@ def entered(
             any.
         labels: Folder of the labelled KITTI scenarios, where the part is a folder of results on
             KITTI's own frames; nothing of it is copied.
-        workers: Processes, as of `run_experiments`; each has one thread, since the last digits of
-            gradients depend on it.
-        on_progress: Called with the number of scenes that are done and that of all.
+        workers: The number of processes, as of `run_experiments`; each has one thread, since the
+            last digits of gradients depend on it.
+        on_progress: Function that gets the number of scenes that are done and that of all.
 
     Raises:
         ConfigurationError: There is no such part, or this release makes other scenes.

@@ -35,7 +35,8 @@ from avsec_gym.storage.regular_files import is_folder, is_there
 from avsec_gym.validation.shipped import FitKind, shipped_file
 
 DETECTORS = ("dsgn", "stereo_rcnn")
-"""Those of the package that attacks are tried on, and whose gradients a stranger's attack takes."""
+"""The detectors of the package that attacks are tried on, and whose gradients a stranger's attack
+takes."""
 PERTURBATION = {"name": "projected_pgd", "epsilon": 4.0, "steps": 7}
 STRONGER = {**PERTURBATION, "steps": 12}
 """The same with more steps; the adaptive attack on a detector tries several, and keeps the worst.

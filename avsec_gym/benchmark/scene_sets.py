@@ -3,7 +3,7 @@
 `all` are layouts of streets and highways as they come.  `contested` are those in which it matters
 what a car sees (`avsec_gym.evaluation.contested`), with the intentions for which it does: both as
 they were when the version was frozen, whatever a later planner makes of them.  A digest of the
-objects tells whether the package still makes these scenes.
+objects shows whether the package still makes these scenes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from avsec_gym.world.export import cached
 from avsec_gym.world.layouts import generate_layout
 
 VERSION = 1
-"""The benchmark's; results of two versions are not compared."""
+"""The version of the benchmark; results of two versions are not compared."""
 ALL, CONTESTED = "all", "contested"
 """Names of the sets."""
 FROZEN = f"version_{VERSION}.json"
@@ -137,7 +137,7 @@ def version_file() -> Mapping[str, Any]:
 
 
 def refused(name: str) -> ConfigurationError:
-    """That this release makes other scenes of a set than the version has."""
+    """The error that this release makes other scenes of a set than the version has."""
     return ConfigurationError(
         f"the scenes {name!r} of this release are not those of version {VERSION} of "
         "the benchmark: install a release whose changelog names that version"

@@ -27,8 +27,8 @@ class Belief:
     Args:
         time: Time of the frame that the belief comes from, seconds since the start of the drive.
         poses: x, y, heading in the world frame, shape (N, 3).
-        lengths: Metres, shape (N,).
-        widths: Metres, shape (N,).
+        lengths: Lengths, metres, shape (N,).
+        widths: Widths, metres, shape (N,).
         speeds: Speeds along the headings that the planner reckons with, m/s, shape (N,).
         road_type: The believed type of the road.
         stops: Whether the car makes an emergency stop, whatever else it believes.

@@ -118,8 +118,8 @@ def coordinates(points: Floats, begin: int, end: int, x: float, y: float) -> tup
             heading without jumps; length and direction of the segment from here on; shape (P, 7).
         begin: The line's first point.
         end: The one after its last.
-        x: Metres.
-        y: Metres.
+        x: The place along x, metres.
+        y: The place along y, metres.
     """
     along, left, least = 0.0, 0.0, np.inf
     for p in range(begin, end - 1):

@@ -147,6 +147,7 @@ def _problem(arrays: Mapping[str, NDArray[Any]]) -> str | None:
     """What of the arrays no film holds; None where they are one."""
     if set(arrays) != set(_FORMS):
         return "it has other arrays"
+    # Forms: kinds and axes of the arrays, of which those of one letter are equally long.
     extents: dict[str, int] = {}
     for name, (kind, form) in _FORMS.items():
         array, wanted = arrays[name], form.split()
@@ -175,10 +176,12 @@ def _problem(arrays: Mapping[str, NDArray[Any]]) -> str | None:
             return f"{name} holds a number that no drive has"
     if (arrays["sizes"] < 0).any() or (arrays["believed"][:, 3:] < 0).any():
         return "something is smaller than nothing"
+    # Lanes: two bounds each, numbered without gaps.
     bounds = arrays["bound_of"]
     sides = np.unique(bounds)
     if len(sides) % 2 or not np.array_equal(sides, np.arange(len(sides))):
         return "a lane lacks a bound"
+    # Indices: of instants, of plans and of actors that are there.
     for name, most in (
         ("believed_at", extents["T"]),
         ("plan_of", extents["T"] + 1),

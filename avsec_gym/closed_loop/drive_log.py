@@ -38,7 +38,7 @@ class DriveLog:
         return (len(self.car) - 1) * self.dt
 
     def footprints(self) -> NDArray[np.object_]:
-        """The car's, shape (T,)."""
+        """The car's footprints, shape (T,)."""
         return rectangle_polygons(self.car[:, [0, 1, 3]], BMW_320I.length, BMW_320I.width)
 
 

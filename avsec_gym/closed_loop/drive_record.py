@@ -48,13 +48,13 @@ class DriveRecord:
     Args:
         outcome: How it ended.
         at_fault: Whether it ended in a collision that the car is to blame for (`fault`).
-        duration: Seconds.
-        path_length: Metres.
+        duration: How long it took, seconds.
+        path_length: Length of the driven path, metres.
         progress: Metres along the road.
         smallest_distance: Least distance to any actor, m; inf where there never is one.
         time_to_collision: Least time to a collision, s; inf where none lies within 3 s.
         cost_sm1: CommonRoad's cost SM1 of the driven trajectory.
-        score: NAVSIM's, with its parts.
+        score: NAVSIM's score, with its parts.
         other: Category of what was touched; empty: nothing was.
     """
 

@@ -67,6 +67,8 @@ def _braked(path: Floats, known: int, elapsed: float, speed: float, dt: float) -
         dt: Length of a time step, seconds.
     """
     # The path, without jumps of the heading, and straight on behind its end.
+    # Invariant: `turns` makes up for all jumps up to k, and `along` never falls, so that places on
+    # it can be interpolated.
     count = len(path) + 1
     x, y, heading, steering = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
     along, turns = np.zeros(count), 0.0
@@ -176,13 +178,13 @@ def is_fail_safe(
 
 
 def others_brake(obstacles: Obstacles, heading: float, dt: float = 0.1) -> Obstacles | None:
-    """Those that drive as the car does, braking from now on; None: there are none.
+    """The vehicles that drive as the car does, braking from now on; None: there are none.
 
     They keep to the ways that they are believed to take.
 
     Args:
         obstacles: What the car believes in; each keeps its speed.
-        heading: The car's, radians.
+        heading: The car's heading, radians.
         dt: Length of a time step, seconds.
     """
     if not len(obstacles):
@@ -210,7 +212,7 @@ def widened(obstacles: Obstacles, which: NDArray[np.bool_] | None = None) -> Obs
 
     Args:
         obstacles: Rectangles, as a car believes in them.
-        which: Those that grow, shape (N,); None: all.
+        which: The obstacles that grow, shape (N,); None: all.
     """
     which = np.ones(len(obstacles), bool) if which is None else which
     shapes = tuple(

@@ -36,7 +36,7 @@ def in_the_way(
     Args:
         way: States of the vehicle at every `dt`, shape (T, 5).
         obstacles: N obstacles, from the first of these states on.
-        counted: Those that are asked about, shape (N,).
+        counted: The obstacles that are asked about, shape (N,).
         margin: Metres by which all that moves reaches further on all sides.
         brake: Deceleration, m/s2, of those that brake, until they stand.
         dt: Length of a time step, seconds.
@@ -104,7 +104,7 @@ def _braking(poses: Floats, speed: float, step: int, brake: float, dt: float, po
         step: The time step that is asked about.
         brake: Its deceleration, m/s2.
         dt: Length of a time step, seconds.
-        pose: Takes the pose, shape (3,).
+        pose: The array that takes the pose, shape (3,).
     """
     time = min(step * dt, speed / brake)
     # Unbraked, it would be as far after so many time steps.
@@ -128,9 +128,9 @@ def _may_touch(
 
     Args:
         before: The vehicle's state x, y, velocity, heading, ... at the first.
-        after: That at the second.
+        after: The vehicle's state at the second.
         now: Pose of the rectangle at the first.
-        then: That at the second.
+        then: Pose of the rectangle at the second.
         half: Half the length and width of the rectangle.
         own: Half the length and width of the vehicle.
     """
@@ -147,6 +147,7 @@ def _may_touch(
     lacking = turn**2 * farthest + 2 * abs(turn) * way + radius * (own_turn - turn) ** 2
     margin = lacking / 8 + TOLERANCE
     # The vehicle's extent in the rectangle's frame, at both steps.
+    # Invariant: low and high bound the vehicle's extents at the steps so far.
     low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
     for x, y, heading, facing in (
         (x1, y1, before[3], now[2]),

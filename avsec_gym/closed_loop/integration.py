@@ -21,8 +21,8 @@ def driven(
 
     Args:
         start: States x, y, velocity, heading, steering angle at the rear axle, shape (N, 5).
-        acceleration: m/s2, shape (N,).
-        steering_rate: rad/s, shape (N,).
+        acceleration: Accelerations, m/s2, shape (N,).
+        steering_rate: Rates of the steering angles, rad/s, shape (N,).
         steps: Number of time steps.
         dt: Length of a time step, seconds.
 

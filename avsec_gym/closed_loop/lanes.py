@@ -55,7 +55,7 @@ class Lanes:
         """The centre line from the start of a lanelet on, through the first of its successors.
 
         Args:
-            id: The lanelet's.
+            id: The id of the lanelet.
             through_forks: Whether it goes on where there are several successors; if not, it ends
                 there, and is straight from there on.
         """

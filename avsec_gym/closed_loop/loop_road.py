@@ -20,7 +20,7 @@ class LoopRoad(Road):  # type: ignore[misc]
         """Step every vehicle, then look for collisions, in highway-env's order.
 
         Args:
-            dt: Seconds.
+            dt: Length of the step, seconds.
         """
         for vehicle in self.vehicles:
             vehicle.step(dt)

@@ -41,7 +41,7 @@ class LoopScenes:
 
     Args:
         ids: The scenes' ids, in order.
-        make: Makes the scene of an id.
+        make: Function that makes the scene of an id.
     """
 
     ids: tuple[str, ...]
@@ -68,7 +68,7 @@ class LoopScenes:
         """A scene, and an intention that it has a lane for.
 
         Args:
-            generator: Draws both.
+            generator: The generator that draws both.
             id: Id of the scene; None: it is drawn.
             intentions: The intentions to draw from.
 

@@ -47,11 +47,12 @@ class NavsimScore:
     """The five parts of the score, each in [0, 1].
 
     Args:
-        no_collision: NC.
-        drivable: DAC.
-        time_to_collision: TTC.
-        progress: EP.
-        comfort: C.
+        no_collision: NC: 1 without a collision by the car's own fault, 0.5 where only a thing that
+            stands was hit.
+        drivable: DAC: whether the car stays on the road.
+        time_to_collision: TTC: whether the time to a collision stays long enough.
+        progress: EP: the share of the possible progress that is made.
+        comfort: C: whether the drive is comfortable.
     """
 
     no_collision: float

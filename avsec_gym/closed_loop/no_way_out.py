@@ -38,7 +38,7 @@ _SECONDS = 60.0
 
 @dataclass(frozen=True)
 class NoWayOut:
-    """From when on no plan led past a collision.
+    """The time from which on no plan led past a collision.
 
     Args:
         since: Seconds after the start: the earliest of the replannings from which on, up to the
@@ -53,7 +53,7 @@ class NoWayOut:
 def no_way_out(
     scene: TrafficScene, replannings: Iterable[tuple[float, EgoState]], collision: float
 ) -> NoWayOut | None:
-    """From which replanning on no plan led past a collision; None: from the last one did, or may.
+    """The replanning from which on no plan led past a collision; None: the last one did, or may.
 
     Args:
         scene: The scene; its actors play their tracks.

@@ -75,7 +75,7 @@ class Ambition(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Replanning:
-    """What one replanning came to.
+    """The result of one replanning.
 
     Args:
         time: When, seconds since the start of the drive.

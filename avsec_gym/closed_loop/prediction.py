@@ -25,7 +25,7 @@ def following_lanes(obstacles: Obstacles, lanes: Lanes, dt: float) -> Obstacles:
     is not known.
 
     Args:
-        obstacles: Those that move do so at constant velocity along their heading.
+        obstacles: The obstacles; those that move do so at constant velocity along their heading.
         lanes: The lanes of the road.
         dt: Length of a time step, seconds.
     """

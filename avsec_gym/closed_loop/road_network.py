@@ -26,7 +26,7 @@ class CurvedLane(AbstractLane):  # type: ignore[misc]
         points: x, y of the centre line in highway-env's plane, shape (n, 2), metres.
         width: Width of the lane, metres.
         line_types: highway-env's line types on the left and on the right.
-        speed_limit: m/s.
+        speed_limit: The speed limit, m/s.
     """
 
     def __init__(

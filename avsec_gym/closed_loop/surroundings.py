@@ -34,8 +34,8 @@ class Surroundings:
         road_type: Street or highway.
         intention: Where the car wants to go; attacks may depend on it.
         scenario: Id of the scene.
-        frame: Renders or reads what the sensors deliver, when it is called; None: there is no
-            sensor data.
+        frame: Function that renders or reads what the sensors deliver; None: there is no sensor
+            data.
     """
 
     time: float

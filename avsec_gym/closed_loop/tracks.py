@@ -57,7 +57,7 @@ class Tracks:
 
         Args:
             actor: Row of the actor.
-            time: Seconds; before the first and after the last pose these hold.
+            time: The time, seconds; before the first and after the last pose these hold.
         """
         step = min(max(time / STEP, float(self.first[actor])), float(self.last[actor]))
         before = min(int(step + _SHORT), int(self.last[actor]))
@@ -76,7 +76,7 @@ class Tracks:
         """`state` of all actors at F times: poses, shape (F, N, 3), and speeds, shape (F, N).
 
         Args:
-            times: Seconds, shape (F,).
+            times: The times, seconds, shape (F,).
         """
         first, last, rows = self.first, self.last, np.arange(len(self))
         step = np.minimum(np.maximum((times / STEP)[:, None], first), last)
@@ -106,7 +106,7 @@ class Tracks:
             dimensions: Height, width, length, metres, shape (N, 3).
             poses: Poses at the start, shape (N, 3).
             speeds: Speeds along the headings, m/s, shape (N,).
-            below: See the class.
+            below: How far each bottom lies below the car's camera, see the class.
             steps: Number of steps after the first.
         """
         count, travelled = len(poses), speeds[:, None] * STEP * np.arange(steps + 1)

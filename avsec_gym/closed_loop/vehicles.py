@@ -42,7 +42,7 @@ class Car(Vehicle):  # type: ignore[misc]
 
     @property
     def color(self) -> tuple[int, int, int]:
-        """As highway-env paints the vehicle that is driven: green, and red once it has crashed."""
+        """The colour of a driven vehicle in highway-env: green, and red once it has crashed."""
         colour: tuple[int, int, int] = VehicleGraphics.EGO_COLOR
         return VehicleGraphics.RED if self.crashed else colour
 
@@ -104,7 +104,7 @@ class CarWithMetaActions(Car, MDPVehicle):  # type: ignore[misc]
     """The same car under highway-env's own controllers: faster, slower, left lane, right lane."""
 
     def steering_control(self, target_lane_index: Any) -> float:
-        """highway-env's, whose wheelbase is the vehicle's length, for this car's wheelbase."""
+        """The steering of highway-env, there for a wheelbase as long as the car, for this one."""
         angle = MDPVehicle.steering_control(self, target_lane_index)
         return math.atan(math.tan(angle) * BMW_320I.wheelbase / self.LENGTH)
 

@@ -101,7 +101,7 @@ class AgentsEvaluate:
     agents: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Folders of agents, or names of shipped ones; several are of one environment."""
     episodes: int = 200
-    """Held-out episodes: the same for everyone."""
+    """Number of held-out episodes, which are the same for all agents."""
     seed: int = 0
     """Seed of the first held-out episode, and of the searches."""
     queries: int | None = None

@@ -275,7 +275,7 @@ def _few(result: AveragePrecision) -> str:
 def _report(
     result: AveragePrecision, frames: _ScoredFrames, weighted: SafetyWeightedRecall | None
 ) -> dict[str, Any]:
-    """All there is to say, for --out."""
+    """The whole result, for --out."""
     from avsec_gym.metrics.average_precision import METRICS
     from avsec_gym.metrics.average_precision_frames import LEVELS
 

@@ -34,7 +34,7 @@ class _Enter:
     quick: bool = False
     """A few scenes, to try: five minutes on two cores, and no row of a leaderboard."""
     workers: int | None = None
-    """Processes, as of `avsec run`."""
+    """Number of processes, as of `avsec run`."""
     json: bool = False
     """Print the entry as JSON."""
 
@@ -171,7 +171,7 @@ class BenchmarkFrames:
     out: Path
     """Folder: new, empty, or of the same frames, which are gone on with."""
     quick: bool = False
-    """Those of a quick entry."""
+    """Write only the frames of a quick entry."""
 
     def run(self) -> int:
         """Do it; the exit code."""

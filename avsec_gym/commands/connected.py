@@ -91,6 +91,7 @@ class Connected:
         from avsec_gym.commands.judged_sequences import JudgedSequences
         from avsec_gym.validation.connected.validator import ConnectedValidator
 
+        # What decides: the fit, and a model where both kinds of evidence are weighed.
         fit = self._read_fit
         learned = self._read_model if self.method == "learned" else None
         validator = ConnectedValidator(
@@ -110,6 +111,7 @@ class Connected:
                     f"avsec: these instants vouch for alarms in {kept} of attack-free ones at most"
                     f" (95 % confidence), where --alarms asks for {self.alarms:g}"
                 )
+        # Judge instant by instant; over a window of each drive, too, where that is asked for.
         with self._locked(fit) as folder:
             judged = JudgedInstants(
                 source,

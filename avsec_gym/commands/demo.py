@@ -42,7 +42,7 @@ class Demo:
     seed: int = 0
     """Seed of the scenes and the attacks."""
     workers: int | None = None
-    """Processes.  Default: one for each core, up to four."""
+    """Number of processes.  Default: one for each core, up to four."""
     json: bool = False
     """Print JSON instead of a table."""
 
@@ -62,6 +62,7 @@ class Demo:
         whole_number("--seed", self.seed, 0)
         if self.workers is not None:
             whole_number("--workers", self.workers, 0)
+        # The run of both detectors under attack, then the drives.
         asked = Run(
             (_NAME,), CONTESTED, self.scenarios, self.seed, out=self.out, workers=self.workers
         )
@@ -69,6 +70,7 @@ class Demo:
         ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
         with console.progress("driving on") as shown:
             drive_on(self.out / DRIVES, self.seed, self._jobs, shown)
+        # The figures on the console, the page, and a sentence for each finding.
         folder = RunFolder.open(self.out)
         rows = demo_rows(outcomes_of(folder))
         if not self.json:
@@ -149,7 +151,7 @@ class _FirstScene:
         finished = Counter(cell["arguments"]["scenario"] for cell in cells)
         if max(finished.values()) == of_one:
             self._waits = False
-            # The page at the end tells what is wrong; the run is worth more than this one.
+            # The page at the end reports what is wrong; the run is worth more than this one.
             with suppress(AvsecError):
                 Report(self._out, pictures=1).written(quietly=True)
                 console.say(f"{self._out / PAGE}: the first scene in a picture; others follow")

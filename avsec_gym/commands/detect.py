@@ -46,7 +46,7 @@ class Detect:
     camera: int | None = None
     """The camera whose image a detector of single images looks at. Default: 2."""
     workers: int = 1
-    """Processes; each loads its own detector."""
+    """Number of processes; each loads its own detector."""
     json: bool = False
     """Print a summary as JSON."""
 

@@ -38,7 +38,7 @@ class ScoreDisparities:
     depth: tuple[str, ...] = ("sgbm", "psmnet")
     """How disparities are found: names, or JSON with arguments, '{"name": "sgbm", "block": 3}'."""
     disparities: Path | None = None
-    """Instead: a folder of someone's disparity maps, 16-bit PNGs named as the left images."""
+    """Folder of disparity maps that are judged instead, 16-bit PNGs named as the left images."""
     truth: Literal["occ", "noc"] = "occ"
     """The pixels of KITTI's truth: all (occ), or those that both cameras see (noc)."""
     limit: int | None = None
@@ -63,6 +63,7 @@ class ScoreDisparities:
         finders = self._finders()
         data = _pairs(self.kitti, self.truth)
         ids = data.ids[: self.limit]
+        # A pair counts for all estimators or for none, so that their rates are of the same pairs.
         errors: dict[str, list[Errors]] = {name: [] for name in finders}
         left_out: dict[str, DataError] = {}
         with console.progress("matching") as shown:

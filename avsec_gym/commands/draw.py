@@ -57,6 +57,7 @@ class Draw:
         from avsec_gym.scenario.scene import Motion
         from avsec_gym.scenario.scene_sets import LAYOUTS
 
+        # The scene.
         _, planner = named_planner(self.planner)
         scenes = named_scenes(self.scenarios, self.kitti, seed=self.seed)
         known = {scene.id: scene for scene in scenes.scenes}
@@ -72,6 +73,7 @@ class Draw:
                 f"{scenes.name} has no scene {self.scene!r}; it has {len(known)}, such as"
                 f" {next(iter(known), 'none')!r}"
             )
+        # What is planned on: the truth, or the detections in this scene.
         believed, motion = None, Motion.TRUTH
         if self.detections is not None:
             boxes, missing = DetectionFolder(self.detections).read(known)
@@ -87,6 +89,7 @@ class Draw:
         shown = episode_with_tree(
             known[self.scene], Intention(self.intention), believed, motion, planner
         )
+        # A picture, or a recording, by the name of the file.
         path = self.out or Path(f"{self.scene}_{self.intention}.png")
         if path.suffix == ".rrd":
             from avsec_gym.drawing.rerun_scene import write_scene_recording

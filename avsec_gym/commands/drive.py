@@ -26,7 +26,7 @@ _USUAL_COUNT = {_LAYOUTS: 30, _DRIVES: 10}
 class DriveInTraffic:
     """Drive on in traffic, by what the car believes, under several settings side by side.
 
-    The planner replans every half second from where the car has really come to. Without options:
+    The planner replans every half second from where the car really is. Without options:
     procedural drives, by a car that knows the truth and by one that sees nothing. Prints a table;
     writes a row and a film for each drive, and a page with film strips of what went wrong.
     """
@@ -87,7 +87,7 @@ class DriveInTraffic:
     resume: bool = False
     """Go on with the same drives where they were stopped."""
     jobs: int = 1
-    """Processes; the results are the same."""
+    """Number of processes; the results are the same."""
     pictures: int = 20
     """Most scenes with a bad end that the page shows as film strips; 0: no strips, no clip."""
     video: Literal["gif", "mp4"] = "gif"

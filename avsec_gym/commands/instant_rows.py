@@ -23,7 +23,7 @@ class RegisteredScan(TypedDict):
     """How well a scan lies on the middle one of its instant, see `Registration`."""
 
     residual: float
-    """Metres."""
+    """Median distance of its points from the other's surface, metres."""
     overlap: float
 
 

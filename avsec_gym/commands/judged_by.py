@@ -73,7 +73,7 @@ def judged_by_shipped(
 
     Args:
         recordings: The recorded frames.
-        ids: See `judged_by_clean`.
+        ids: The ids of the frames, see `judged_by_clean`.
         kind: The kind of the file.
         depth: How disparities of two cameras are found.
 
@@ -95,7 +95,7 @@ def judged_by_enough(
 
     Args:
         recordings: The recorded frames.
-        ids: See `judged_by_clean`.
+        ids: The ids of the frames, see `judged_by_clean`.
         rate: The designated false alarm rate r.
         depth: How disparities of two cameras are found.
 

@@ -60,7 +60,8 @@ class JudgedFrames:
         """Judge each frame, and report its result at once.
 
         Args:
-            left_out: Gets the reason for each frame that cannot be judged, by its id.
+            left_out: The dictionary that gets the reason for each frame that cannot be judged, by
+                its id.
 
         Raises:
             AvsecError: None could be judged; why the first could not.

@@ -72,7 +72,8 @@ class JudgedInstants:
         """Judge each instant, and report its result at once.
 
         Args:
-            left_out: Takes the reason for each drive and instant that cannot be read, by name.
+            left_out: The dictionary that gets the reason for each drive and instant that cannot be
+                read, by name.
 
         Returns:
             The drive of each instant by the instant's id, in the order of the instants.

@@ -32,7 +32,7 @@ class Terminated(KeyboardInterrupt):
 
 
 def end_when_asked() -> None:
-    """From now on, SIGTERM and a closed terminal raise `Terminated` once.
+    """Make SIGTERM and a closed terminal raise `Terminated` once, from now on.
 
     What the caller of this process has had ignored, as ``nohup`` does, stays ignored.
     """

@@ -57,8 +57,8 @@ class Run:
     out: Path | None = None
     """Folder of the run: new, empty, or with the same run.  Default: runs/NAMES."""
     workers: int | None = None
-    """Processes.  Default: as many as have cores for their threads, up to four on each machine.
-    0: this very process."""
+    """Number of processes.  Default: as many as have cores for their threads, up to four on each
+    machine. 0: this very process."""
     threads: int | None = None
     """Threads of each process; the last digits of networks depend on it. Default: what the run
     began with, or the cores divided by the processes."""
@@ -78,8 +78,8 @@ class Run:
         """Do it; the exit code.
 
         Args:
-            on_progress: Beside what the user is shown.
-            besides: As of `run_experiments`.
+            on_progress: Function of the progress, called beside what the user is shown.
+            besides: Names of files that may be in a new folder, as of `run_experiments`.
         """
         from avsec_gym.runs.catalogue import experiment
         from avsec_gym.runs.experiment import Configuration

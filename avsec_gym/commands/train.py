@@ -101,6 +101,7 @@ class Train:
             torch.set_num_threads(thread_number("--threads", self.threads))
         if self.machine.device.startswith("cuda") and not torch.cuda.is_available():
             raise ConfigurationError("--device cuda: torch sees no GPU here")
+        # Samples are prepared once; then the network learns, and the better ones are kept.
         cache = self.cache or self.out / "samples"
         with locked_folder(self.out), made_folder(cache):
             with console.progress("preparing") as shown:

@@ -90,8 +90,8 @@ class Validate:
     )
     """Whether damage is looked for in the sensors that are named, with those that are sound."""
     rrd: bool = False
-    """Beside each picture also write a recording for the Rerun viewer (extra `rerun`): images, scan
-    and damage in space."""
+    """Also write, beside each picture, a recording for the Rerun viewer (extra `rerun`): images,
+    scan and damage in space."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 
@@ -142,6 +142,7 @@ class Validate:
             from avsec_gym.drawing.rerun_stream import check_rerun
 
             check_rerun()
+        # Options that exclude each other.
         for one, other in (
             ("kitti", "kitti_raw"),
             ("thresholds", "likelihood"),
@@ -164,6 +165,7 @@ class Validate:
                 )
         if (self.likelihood or self.fit_likelihood) and self.criterion != "any":
             raise ConfigurationError("--criterion chooses among thresholds, not with likelihoods")
+        # Numbers out of their ranges.
         for name, good in (
             ("clean", self.clean is None or 0 < self.clean < 1),
             ("rate", 0 <= self.rate <= 1),

@@ -37,8 +37,8 @@ class WeightsImport:
     """Preset of the network's configuration. Default: the original's: default, resnet101, full."""
     aligned_corners: bool = False
     """Whether psmnet was trained with a torch that kept the corners' centres where they are when a
-    map is enlarged (before 0.4, as the authors' own weights were). The file does not tell, and the
-    wrong choice costs a pixel: say which one, or give a --pair."""
+    map is enlarged (before 0.4, as the authors' own weights were). The file does not state it, and
+    the wrong choice costs a pixel: choose one, or give a --pair."""
     no_aligned_corners: bool = False
     """Do not align corners, of psmnet: it was trained with torch's later default."""
     pair: tuple[Path, Path, Path] | None = None
@@ -95,7 +95,7 @@ class WeightsImport:
         return console.DONE
 
     def _check_corners(self) -> None:
-        """Check how maps are said to be enlarged.
+        """Check the options on how maps are enlarged.
 
         Raises:
             ConfigurationError: The choice is made twice, or for another network.
@@ -121,7 +121,7 @@ class WeightsImport:
 
         Raises:
             ConfigurationError: Neither the option nor the file states it.
-            DataError: The pair is broken, or does not tell.
+            DataError: The pair is broken, or does not decide it.
         """
         from avsec_gym.perception.depth import corner_choice
 

@@ -51,7 +51,7 @@ class WorldMake:
     """Which part of the designs of vehicles, houses, plants, people and textures: that for
     training, that for judging, which share nothing, or both."""
     workers: int | None = None
-    """Processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
+    """Number of processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
     cameras: tuple[int, ...] = ()
     """Numbers from 0 to 3.  Default: 2 and 3; all four for `raw`."""
     rig: tuple[float, ...] = ()
@@ -134,7 +134,7 @@ class WorldTwin:
     limit: int | None = None
     """Only the first frames."""
     seed: int = 0
-    """Draws what labels do not tell: looks, surroundings, light."""
+    """Seed of what labels leave open: looks, surroundings, light."""
     style: Literal["city", "residential", "campus", "highway", "rural"] | None = None
     """How the places are built up.  Default: drawn to suit each frame."""
     road_type: Literal["street", "highway"] | None = None
@@ -143,7 +143,7 @@ class WorldTwin:
     """Which part of the designs of vehicles, houses, plants, people and textures: that for
     training, that for judging, which share nothing, or both."""
     workers: int | None = None
-    """Processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
+    """Number of processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
     cameras: tuple[int, ...] = (2, 3)
     """Numbers from 0 to 3."""
     no_lidar: bool = False

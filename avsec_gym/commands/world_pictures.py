@@ -92,6 +92,7 @@ class WorldShow:
             write_frame_recording(frame, self.out, _labels(data, name))
             console.say(f"{self.out}: frame {frame.id}, for the Rerun viewer")
             return console.DONE
+        # Maps that a rendered data set has beside its images; real ones have none.
         if isinstance(data, KittiObject):
             beside = [data.folder / f"{kind}_{self.camera}" for kind in ("disparity", "surface")]
             files = [folder / f"{name}.png" for folder in beside]
@@ -102,6 +103,7 @@ class WorldShow:
             files = [folder / "data" / f"{int(name):010d}.png" for folder in beside]
         disparity = read_disparity(files[0]) if is_file(files[0]) else None
         surfaces = read_mask(files[1]).astype("uint8") if is_file(files[1]) else None
+        # A picture joins them pixel by pixel: all have to be of one size.
         of_image = frame.image(self.camera).shape[:2]
         for file, beside_it in zip(files, (disparity, surfaces), strict=True):
             if beside_it is not None:

@@ -18,7 +18,8 @@ from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
 from avsec_gym.planners.vehicle import BMW_320I
 
 GROUND, UNSEEN, CONTACT = "#cfd6db", "#ffffff", "#c1272d"
-"""Beside the road; what the car does not believe in; what it has touched."""
+"""The colours of what lies beside the road, of what the car does not believe in, and of what it has
+touched."""
 _SHIFT = 4
 """Binary digits behind the point of a pixel, for smooth edges."""
 _DASH = 0.8

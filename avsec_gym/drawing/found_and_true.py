@@ -38,7 +38,7 @@ def draw_frame(
 
     Args:
         frame: Frame whose image is drawn on.
-        truth: Labels.
+        truth: The labels of the frame.
         found: Detections by the detector's name.
         title: Title above the picture.
     """
@@ -95,12 +95,13 @@ def draw_from_above(axes: Axes, truth: Boxes3D, found: Mapping[str, Boxes3D]) ->
 
     Args:
         axes: Axes to draw into: forward is up.
-        truth: Labels.
+        truth: The labels of the frame.
         found: Detections by the detector's name, in the order of `COLOURS`.
     """
     from matplotlib.collections import PolyCollection
 
     # Distances, and the camera's field of view.
+    # The ground: lines of distance, and the camera's field of view.
     axes.set_facecolor(ROAD)
     for distance in range(10, int(_AHEAD), 10):
         axes.axhline(distance, color="white", lw=0.8, zorder=0)

@@ -17,13 +17,13 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Scale:
-    """From figures to pixels.
+    """A scale from figures to pixels.
 
     Args:
         low: Figure at `start`.
         high: Figure at `end`.
-        start: Pixels.
-        end: Pixels.
+        start: The pixel at which the scale starts.
+        end: The pixel at which it ends.
     """
 
     low: float
@@ -83,7 +83,7 @@ def drawing(width: float, height: float, parts: Iterable[str], label: str) -> st
             never smaller, so that its words keep the size of the style sheet.
         height: Height of its own pixels.
         parts: What is drawn, from back to front.
-        label: Said instead of it to those who do not see it.
+        label: A text in place of the drawing for readers who do not see it.
     """
     return (
         f'<svg viewBox="0 0 {width:g} {height:g}" style="min-width:{width:g}px" role="group"'
@@ -121,7 +121,7 @@ def marker(at: Point, shape: str, kind: str, hint: str, *, focus: bool = False) 
     """A mark that can be pointed at.
 
     Args:
-        at: Pixels.
+        at: The place of the mark, pixels.
         shape: ``circle``, ``square``, ``diamond``, ``triangle`` or ``plus``.
         kind: Class names; ``hollow`` is not filled, ``small`` is smaller, ``theirs`` goes where a
             reader leaves the thesis' values out.

@@ -33,7 +33,7 @@ class TableCell:
 
     @property
     def plain(self) -> str:
-        """On one line."""
+        """The text on one line."""
         thesis = f" *{self.thesis}*" if self.thesis else ""
         return f"{self.text} {self.interval}".strip() + thesis
 
@@ -54,7 +54,7 @@ class Table:
         folded: Whether the page shows its title only, until a reader opens it.
 
     Raises:
-        ValueError: A heading is empty: to who hears the page it would say nothing of its column.
+        ValueError: A heading is empty: a screen reader would have no name for its column.
     """
 
     title: str
@@ -106,7 +106,7 @@ def figure(
         scale: All three are multiplied by it: 100 makes shares percent.
         digits: The number of digits behind the point.
         signed: Whether a plus is written.
-        hint: See `TableCell`.
+        hint: The text for a resting pointer, see `TableCell`.
     """
     if value is None:
         return TableCell(UNKNOWN, thesis=number(thesis, scale, digits), hint=hint)
@@ -157,7 +157,7 @@ def bounds(
 
 
 def p_value(p: float | None) -> str:
-    """For readers.
+    """A p-value for readers.
 
     Example:
         >>> p_value(0.0004), p_value(0.034), p_value(None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from avsec_gym.drawing.page_plots import Frame, Scale, text
 
 WIDTH, HEIGHT = 250, 176
-"""Pixels."""
+"""The size of a panel, pixels."""
 X_ENDS, Y_ENDS = (34.0, 240.0), (142.0, 26.0)
 """Where the axes begin and end, pixels."""
 

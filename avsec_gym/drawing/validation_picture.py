@@ -133,12 +133,12 @@ def save_validation_picture(
 
 
 def compared_in_words(sensors: Sequence[Sensor]) -> str:
-    """For people, of a triple's sensors: ``LiDAR against camera 3, seen by camera 2``."""
+    """A triple's comparison in words: ``LiDAR against camera 3, seen by camera 2``."""
     return "{} against {}, seen by {}".format(*map(named, sensors))
 
 
 def damage_in_words(row: Mapping[str, Any]) -> str:
-    """For people, of `Damage.row`: ``12 % of its pixels``."""
+    """`Damage.row` in words: ``12 % of its pixels``."""
     if "unknown" in row:
         return "too few sensors are sound to locate it"
     words = []
@@ -152,7 +152,7 @@ def damage_in_words(row: Mapping[str, Any]) -> str:
 
 
 def named(sensor: Sensor) -> str:
-    """For people: ``LiDAR``, ``camera 3``."""
+    """A sensor's name in words: ``LiDAR``, ``camera 3``."""
     return "LiDAR" if sensor == LIDAR else f"camera {sensor}"
 
 

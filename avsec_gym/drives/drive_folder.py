@@ -123,7 +123,7 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
 
     Args:
         out: The folder, there or not.
-        record: See `DriveFolder`.
+        record: The record to compare with, see `DriveFolder`.
     """
     if not has_drives(out):
         return []

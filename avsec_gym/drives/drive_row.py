@@ -14,7 +14,7 @@ class DriveRow(TypedDict):
     """
 
     id: str
-    """``setting/scenario/intention``."""
+    """The id of the drive, ``setting/scenario/intention``."""
     setting: str
     scenario: str
     intention: str

@@ -36,9 +36,9 @@ def make_drives(
         settings: The settings that the tasks name.
         scenarios: The scenes, as the environment takes them.
         folder: Where the results go.
-        jobs: Processes; 1 is this very one.
+        jobs: The number of processes; 1 is this very one.
         apart: Processes share the work drive by drive; else scene by scene, which each has to make.
-        on_progress: Called with the number of drives that are done and that of all.
+        on_progress: Function that gets the number of drives that are done and that of all.
 
     Raises:
         ConfigurationError: A part does not fit a scene.

@@ -100,6 +100,7 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
     """
     played = environment.unwrapped
     with one_thread():
+        # The start of the drive.
         played.scenes.scene(task.scenario)
         driver = driver_of(by, environment)
         options = {"scenario": task.scenario, "intention": task.intention}
@@ -107,6 +108,7 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
         observation, info = environment.reset(seed=task.seed, options=options)
         start = played.surroundings()
         beliefs, elapsed, plans = [played.belief], [0.0], [-1]
+        # The drive: at each instant what is believed, when it is, and the number of the last plan.
         ended = False
         while not ended:
             action, _ = driver.predict(observation, deterministic=True)
@@ -116,6 +118,7 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
             plans.append(len(_decisions(driver)) - 1)
             ended = terminated or truncated
         seconds = time.perf_counter() - begun
+    # Its film and its row.
     decisions = _decisions(driver)
     plans[0] = min(0, len(decisions) - 1)
     film = _film(played, beliefs, elapsed, plans, decisions)

@@ -52,7 +52,7 @@ def outcome_in_words(row: DriveRow) -> str:
 
 
 def how_bad(row: DriveRow) -> int:
-    """From 0, the goal, to 4, a collision that the car is to blame for."""
+    """How bad an end is, from 0, the goal, to 4, a collision that the car is to blame for."""
     return _AT_FAULT if row["at_fault"] else _HOW_BAD.get(row["outcome"], 1)
 
 

@@ -36,7 +36,7 @@ def checked_flags(action: Any, size: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class LinearScale:
-    """From [-1, 1] to values in their units, and back.
+    """A linear scale from [-1, 1] to values in their units, and back.
 
     Args:
         low: The values that -1 stands for, shape (N,).

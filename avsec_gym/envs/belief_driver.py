@@ -49,9 +49,10 @@ class BeliefDriver(ABC):
 
         Args:
             observation: One, or a batch of one; the belief is read from the environment.
-            state: Handed through.
-            episode_start: Not used: a new drive is recognised by itself.
-            deterministic: It always is.
+            state: The state, which is handed through.
+            episode_start: An argument of the interface that is not used: a new drive is recognised
+                by itself.
+            deterministic: An argument of the interface that is not used: the action always is.
 
         Returns:
             Actions in [-1, 1], shape (2,) or (1, 2), and the state.

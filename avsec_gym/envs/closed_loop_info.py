@@ -33,8 +33,8 @@ class SoFar:
     """The metrics of a drive before its end.
 
     Args:
-        duration: Seconds.
-        path_length: Metres.
+        duration: The time that was driven, seconds.
+        path_length: Length of the driven path, metres.
         progress: Metres along the road.
     """
 
@@ -52,7 +52,7 @@ def drive_info(
         record: What became of the drive; None before its end.
         scenario: The id of the scene.
         intention: The lane that the car wants to reach.
-        so_far: Stands in for what is known at the end only.
+        so_far: The metrics that stand in for what is known at the end only.
     """
     safe = record is not None and record.outcome == Outcome.GOAL
     collision = record is not None and record.outcome == Outcome.COLLISION

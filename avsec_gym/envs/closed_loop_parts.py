@@ -46,7 +46,7 @@ TRUTH, BLIND, SENSORS, ERROR_MODEL = "truth", "blind", "sensors", "error_model"
 LIDAR, STEREO = "lidar", "stereo"
 """Levels of perception."""
 SENSING = (SENSORS, LIDAR, STEREO)
-"""Those that read what the sensors deliver."""
+"""The perceptions that read what the sensors deliver."""
 _DETECTORS = {LIDAR: "pixor", STEREO: "dsgn"}
 """Detectors where none is named."""
 _SENSING_PARTS = ("attack", "classifier", "selector", "validator")

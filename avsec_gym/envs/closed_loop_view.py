@@ -67,6 +67,7 @@ def _show(
     row[8], row[9] = _cut(others[0] / 100.0), _cut(others[1])
     row[10], row[11], row[12] = _cut(others[2] / 25.0), others[3], others[4]
     # The nearest objects, in the car's frame.
+    # Invariant: `apart` is infinite for the k objects that are shown already, the nearest ones.
     apart = np.hypot(poses[:, 0] - x, poses[:, 1] - y)
     for k in range(min(len(apart), (len(row) - OWN) // EACH)):
         i = np.argmin(apart)

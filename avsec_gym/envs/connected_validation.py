@@ -63,11 +63,11 @@ class ConnectedValidationEnv(DrawnEnv[Observation]):
     ## Observation
     `Box(-1, 1, (4 V (V - 1) + 3,), float32)` for V vehicles.  A pair is a claimer j and a witness
     k, in the order (0, 1), (0, 2), ..., (1, 0), ...; evidence is the log-likelihood ratio of what k
-    counts of a claim of j for nothing being there, cut to 10 and divided by it, 0 where k tells
-    nothing.  First the evidence of all pairs in the three regions with the most of it by any one
-    pair, region by region; then of each pair the share of all regions of which k tells; then of
-    these three regions the score of `avsec_gym.validation.connected.rays.decision.decide` (cut to
-    20 and divided by it).  For three vehicles 27 numbers.
+    counts of a claim of j for nothing being there, cut to 10 and divided by it, 0 where k's rays
+    decide nothing.  First the evidence of all pairs in the three regions with the most of it by any
+    one pair, region by region; then of each pair the share of all regions that k decides on; then
+    of these three regions the score of `avsec_gym.validation.connected.rays.decision.decide` (cut
+    to 20 and divided by it).  For three vehicles 27 numbers.
 
     ## Action
     `MultiBinary(V)`: for each vehicle, whether its LiDAR is attacked.
@@ -81,7 +81,7 @@ class ConnectedValidationEnv(DrawnEnv[Observation]):
     ## Info
     `is_success` (named exactly), `attacked` and `named` (vehicles, such as `"0 2"`; empty at reset,
     and where there are none), `kind` (`ghost`, `removal`, or empty), `regions` (compared),
-    `decidable` (of which two vehicles tell), `station` (vehicles that `ConnectedValidator` names by
+    `decidable` (two vehicles decide on it), `station` (vehicles that `ConnectedValidator` names by
     the shipped fit), `station_alarm`.  As in every environment, `planned`, `success`, `collision`,
     `safe`, `cost`, `path_length`, `smallest_distance`, `cost_sm1`, `outcome`, `scenario` (the
     instant's id), `intention`: no car drives, so that the numbers are 0 and the outcome is

@@ -56,8 +56,9 @@ class DetectorPolicy:
         Args:
             observation: One of the environment's, or several with each part stacked along a first
                 axis.
-            state: Handed through.
-            episode_start: Not used: a detector remembers nothing.
+            state: The state, which is handed through.
+            episode_start: An argument of the interface that is not used: a detector remembers
+                nothing.
             deterministic: Detectors always are.
 
         Returns:

@@ -42,7 +42,7 @@ class Spent:
         return self.frames < budget.frames and self.energy + effort <= budget.energy + 1e-9
 
     def more(self, effort: float) -> Spent:
-        """After one more frame that takes so much energy; 0: nothing was up."""
+        """The budget after one more frame that takes so much energy; 0: nothing was up."""
         return Spent(self.frames + (effort > 0), self.energy + effort)
 
     def left(self, budget: DriveBudget) -> tuple[float, float]:

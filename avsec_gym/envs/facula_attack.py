@@ -125,7 +125,7 @@ class FaculaAttackEnv(OpticalAttackEnv):
         )
 
     def coding(self, frame: SensorFrame) -> FaculaCoding:
-        """Between actions and faculae, for images of a frame's size."""
+        """The coding between actions and faculae, for images of a frame's size."""
         return replace(self._codes, size=frame.image(LEFT).shape[:2])
 
     def tamper(self, situation: Situation, action: Floats) -> Tampering:

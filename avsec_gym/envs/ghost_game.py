@@ -154,9 +154,9 @@ class GhostGame:
 
         Args:
             generators: The random numbers that each round is drawn by.
-            options: The user's, which may pick ``scenario`` and ``intention``.
+            options: The user's options, which may pick ``scenario`` and ``intention``.
             fits: A further condition on a drawn round; None: there is none.
-            pick: Draws a scene and an intention.
+            pick: Function that draws a scene and an intention.
 
         Raises:
             ConfigurationError: No scene has the id, no such intention, or no round is safe.

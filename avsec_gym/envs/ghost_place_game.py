@@ -129,7 +129,7 @@ class GhostPlaceGame:
 
         Args:
             generators: The random numbers that each round is drawn by.
-            options: The user's, which may pick ``scenario`` and ``intention``.
+            options: The user's options, which may pick ``scenario`` and ``intention``.
 
         Raises:
             ConfigurationError: No scene has the id, no such intention, or no round fits.
@@ -252,7 +252,7 @@ class GhostPlaceGame:
         return self._passable[round.kind]
 
     def empty_road(self, round: Round, spots: Spots) -> NDArray[np.bool_]:
-        """On which spots a ghost leaves the plan safe where nothing else is, shape (S,)."""
+        """Whether a ghost on each spot leaves the plan safe where nothing else is, shape (S,)."""
         none = round.poses[:0]
         alone = replace(round, poses=none, believed=none, half_sizes=round.half_sizes[:0])
         return np.asarray(self._try(alone, spots).outcome == _SAFE)

@@ -50,7 +50,7 @@ class Queried(NamedTuple):
 
     @classmethod
     def nothing(cls, count: int) -> Queried:
-        """Before the first query: outcomes of -1."""
+        """The state before the first query: outcomes of -1."""
         return cls(np.full(count, -1), *np.full((4, count), np.nan), *np.zeros((2, count), int))
 
 

@@ -31,7 +31,7 @@ class Spots:
 
     Args:
         positions: x ahead and y to the left, m, shape (S, 2).
-        bias: See the module, shape (S,).
+        bias: The bias of each spot, see the module, shape (S,).
     """
 
     positions: Floats

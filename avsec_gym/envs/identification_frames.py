@@ -44,7 +44,7 @@ class PlayedFrame:
     Args:
         id: An id such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several
             drives.
-        frame: Reads what the sensors deliver.
+        frame: Function that reads what the sensors deliver.
         scene: What is there, and is driven through; None: nothing is known of that.
     """
 
@@ -57,7 +57,7 @@ def has_scenes(what: Any, road: str = THESIS) -> bool:
     """Whether `what` names labelled scenes; else it names frames of drives.  Nothing is read.
 
     Args:
-        what: See `played_frames`.
+        what: The name of the frames, see `played_frames`.
         road: The road that scenes are driven on, one of `avsec_gym.scenario.roads.ROADS`.
 
     Raises:
@@ -78,7 +78,7 @@ def has_scenes(what: Any, road: str = THESIS) -> bool:
 
 
 def usual_sensors(what: Any, road: str = THESIS) -> tuple[Sensor, ...]:
-    """Those that the frames have: the LiDAR, and three cameras of drives or two of scenes.
+    """The sensors that the frames have: the LiDAR, and three cameras of drives or two of scenes.
 
     Arguments: see `has_scenes`.
     """

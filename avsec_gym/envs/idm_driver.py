@@ -59,7 +59,7 @@ class IdmDriver(BeliefDriver):
         self._wheel = _Wheel(self.played.scene, self.played.intention, self.played.state)
 
     def controls(self) -> tuple[float, float]:
-        """Those of IDM and of pure pursuit."""
+        """The controls of IDM and of pure pursuit."""
         played = self.played
         return self._wheel.controls(played.state, played.belief, played.elapsed)
 

@@ -73,7 +73,7 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     Args:
         shared: The scenes.
         perception: The car's perception; no other drive may use it.
-        planner: That of `PlannerDriver`, as `ClosedLoopEnv` has it.
+        planner: The planner of `PlannerDriver`, as `ClosedLoopEnv` has it.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012 - Gymnasium's.

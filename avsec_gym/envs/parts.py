@@ -47,17 +47,18 @@ class Parts:
         scenarios: The scenes: a default suite of the procedural world (``mixed``, ``street``,
             ``highway``, ``mixed_contested``), made in the cache on first use; a folder in KITTI's
             object layout; or a dictionary of arguments of `frame_scenes`.
-        detector: Finds objects in the sensor data, O.  Where the agent does, it is the detector
-            that is judged: the attack knows it.
-        attack: Tampers with the sensors, or with what detectors see of them; None: no attack.
-        classifier: Finds which objects move, C; None: `motion` states it.
-        selector: Finds the road's type, S; None: the scene's own type holds.
-        planner: Plans the trajectory among the detected objects, M.
-        validator: Looks for attacks on the LiDAR and the cameras 3 and 2, before O; None: there is
-            none.  ``thresholds`` are the thesis' algorithms on four shares of the sensors, with
-            ``"criterion": "error"`` on its E alone.  Without a table (``"thresholds": "FILE"``, as
-            `avsec validate` writes it) they are measured at the first reset, see
-            `validator_and_played`.
+        detector: The detector O, which finds objects in the sensor data.  Where the agent does, it
+            is the detector that is judged: the attack knows it.
+        attack: The attack, which tampers with the sensors or with what detectors see of them; None:
+            no attack.
+        classifier: The classifier C, which finds the objects that move; None: `motion` states it.
+        selector: The selector S, which finds the road's type; None: the scene's own type holds.
+        planner: The planner M, which plans the trajectory among the detected objects.
+        validator: The validator, which looks for attacks on the LiDAR and the cameras 3 and 2,
+            before O; None: there is none.  ``thresholds`` are the thesis' algorithms on four shares
+            of the sensors, with ``"criterion": "error"`` on its E alone.  Without a table
+            (``"thresholds": "FILE"``, as `avsec validate` writes it) they are measured at the first
+            reset, see `validator_and_played`.
         clean: Scenes without an attack that thresholds are measured on, the first 50 of them, named
             as `scenarios` are; None: the first half of the scenarios, ten or more.  They are not
             played.  Refused where no threshold is measured.
@@ -166,7 +167,7 @@ class TakenParts:
 
     @property
     def parameters(self) -> list[Parameter]:
-        """As a signature shows them."""
+        """The parameters as a signature shows them."""
         return [
             Parameter(
                 each.name,

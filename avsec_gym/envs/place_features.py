@@ -68,7 +68,7 @@ class PlaceFeatures:
         return cls(positions, np.stack(room, axis=1))
 
     def encode(self) -> Floats:
-        """As the observation has it, in [-1, 1], shape (..., SIZE)."""
+        """The features as the observation has them, in [-1, 1], shape (..., SIZE)."""
         near = np.clip(self.positions / _REACH, -1.0, 1.0)
         return np.concatenate([near, self.room / MOST_ROOM], axis=-1)
 

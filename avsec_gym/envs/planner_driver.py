@@ -51,7 +51,7 @@ class PlannerDriver(BeliefDriver):
         self.policy.begin(self.played.scene, self.played.intention)
 
     def controls(self) -> tuple[float, float]:
-        """Those of the plan, which is made anew when it is time."""
+        """The controls of the plan, which is made anew when it is time."""
         played = self.played
         wanted = self.policy.drive(played.state, played.belief, played.elapsed)
         played.unread_until = self.policy.next_plan
@@ -101,8 +101,9 @@ class PlannerDrivers:
 
         Args:
             observation: One of each; the beliefs are read from the environments.
-            state: Handed through.
-            episode_start: Not used: a new drive is recognised by itself.
+            state: The state, which is handed through.
+            episode_start: An argument of the interface that is not used: a new drive is recognised
+                by itself.
             deterministic: Planners always are.
 
         Returns:

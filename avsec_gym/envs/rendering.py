@@ -68,7 +68,7 @@ class Window:
     """Shows pictures one after the other.
 
     Args:
-        title: The window's.
+        title: The title of the window.
         fps: Pictures a second.
 
     Raises:

@@ -32,9 +32,10 @@ class SpoofingCoding:
         distances: Distances along the ground, metres; as the next three, the smallest and the
             largest, within `LIMITS`.
         bearings: Radians to the left of ahead.
-        widths: Metres.
-        heights: Metres, from the road up.
-        rays_lost: See `LidarSpoofing`.
+        widths: The least and the greatest width, metres.
+        heights: The least and the greatest height, metres, from the road up.
+        rays_lost: Whether the beams that meet the points return nothing from behind them, see
+            `LidarSpoofing`.
 
     Raises:
         ConfigurationError: A range is none or goes beyond the limits, or a flag is no flag.

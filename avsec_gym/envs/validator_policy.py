@@ -50,8 +50,9 @@ class ValidatorPolicy:
 
         Args:
             observation: One, or a batch of one.
-            state: Handed through.
-            episode_start: Not used: a validator remembers nothing.
+            state: The state, which is handed through.
+            episode_start: An argument of the interface that is not used: a validator remembers
+                nothing.
             deterministic: Validators always are.
 
         Returns:

@@ -1,7 +1,7 @@
 """Contested scenes: those in which it matters what a car sees.
 
 In most scenes a car that sees nothing drives as safely as one that sees all, since nothing is in
-its way: they tell detectors and attacks apart by chance alone.  A scene is contested with a driving
+its way: there detectors and attacks differ by chance alone.  A scene is contested with a driving
 intention if a car that believes in no object drives unsafely, and one that believes in all real
 ones, standing, drives safely.
 """
@@ -161,7 +161,7 @@ def chosen_recipe(
 
 @dataclass(frozen=True, eq=False)
 class ChosenFrames(LayoutFrames):
-    """Those of a suite's frames whose numbers are given.
+    """The frames of a suite whose numbers are given.
 
     Args:
         numbers: The numbers of the layouts.

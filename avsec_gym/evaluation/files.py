@@ -47,7 +47,7 @@ def write_pictures(
         detected: The detections that it was made with.
         folder: The folder of the files; made if need be.
         most: The largest number of pictures, spread over the rows.
-        on_progress: Called with the number that is done, and of all.
+        on_progress: Function that gets the number that is done, and of all.
         planner_of: The planner of a name, as of `driving_safety`.
 
     Returns:

@@ -49,7 +49,7 @@ def ghost_attack(
         scenes: The scenes.
         attack: The attacker; None: two ghosts, ten queries.
         intentions: The driving intentions.
-        on_progress: Called with the number of episodes that are done, and of all.
+        on_progress: Function that gets the number of episodes that are done, and of all.
     """
     attack = RandomGhosts() if attack is None else attack
     planner, episodes = MotionPrimitivePlanner(), []

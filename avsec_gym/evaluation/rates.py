@@ -226,8 +226,9 @@ def driving_safety(
         truth_motion: What the planner knows of motion when it plans on the ground truth.
         detected_motion: The same for detections.
         planner_of: The planner of a name; None: the names are those of search algorithms.
-        on_progress: Called with the number of episodes that are done, and of all.
+        on_progress: Function that gets the number of episodes that are done, and of all.
     """
+    # What is planned on: the truth, and the detections where there are some.
     inputs: list[tuple[str, Mapping[str, Boxes3D] | None, Motion]] = [
         (GROUND_TRUTH, None, truth_motion)
     ]
@@ -239,6 +240,7 @@ def driving_safety(
     records: dict[RatesKey, list[SafetyRecord]] = {}
     total = sum(len(scenes.driven(way)) for way in ways) * len(planners) * len(inputs)
     planner_of = _searching if planner_of is None else planner_of
+    # Every scene is driven by every planner, with every intention, on every input.
     for name_of_planner in planners:
         planner = planner_of(name_of_planner)
         for way in ways:
@@ -249,6 +251,7 @@ def driving_safety(
                 for record in _episodes(scenes.driven(way), planner, intention, boxes, motion):
                     records[cell].append(record)
                     on_progress(sum(map(len, records.values())), total)
+    # What the records depend on.
     settings: dict[str, Any] = {"motion": {GROUND_TRUTH: str(truth_motion)}}
     if detected is not None:
         settings["motion"][DETECTIONS] = str(detected_motion)

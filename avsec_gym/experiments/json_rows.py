@@ -43,7 +43,7 @@ class HasColumns(Protocol):
 
     @classmethod
     def of_columns(cls, key: str, columns: Mapping[str, Any]) -> Self:
-        """The same, read back; raises KeyError where a column is missing."""
+        """The row read back; raises KeyError where a column is missing."""
         ...
 
 

@@ -51,7 +51,7 @@ def procedural_frames(count: int | None = None, seed: int = 0, *, contested: boo
     Args:
         count: The number of frames; `USUAL_COUNT` if None.
         seed: Other seeds are other scenes, all of them new to the package's networks.
-        contested: Only scenes that are contested, see `avsec_gym.evaluation.contested`.
+        contested: Whether only contested scenes are taken, see `avsec_gym.evaluation.contested`.
 
     Returns:
         Their folder.

@@ -60,7 +60,7 @@ _CONFIDENCE = (0.025, 0.975)
 
 @dataclass(frozen=True, eq=False)
 class AveragePrecision:
-    """Of C classes; the axes are class, metric (`METRICS`), level (`LEVELS`)."""
+    """Average precision of C classes; the axes are class, metric (`METRICS`), level (`LEVELS`)."""
 
     classes: tuple[str, ...]
     min_iou: Floats

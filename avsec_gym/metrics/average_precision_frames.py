@@ -64,7 +64,7 @@ class Objects:
 
     @property
     def height(self) -> Floats:
-        """Of the 2D boxes, pixels, shape (N,)."""
+        """The heights of the 2D boxes, pixels, shape (N,)."""
         return self.extents.box2d[:, 3] - self.extents.box2d[:, 1]
 
     @property

@@ -31,7 +31,7 @@ _NEVER = 1e6
 
 
 class Measures(NamedTuple):
-    """Of B trajectories."""
+    """Measures of B trajectories."""
 
     path_length: Floats
     """m, shape (B,)."""
@@ -95,8 +95,11 @@ def _measure(
     along = ends - starts
     squares = along[:, 0] ** 2 + along[:, 1] ** 2
     for b in range(trajectories.shape[0]):
+        # How near an obstacle's centre is where the circles around both touch.
         for i in range(poses.shape[1]):
             reaches[i] = radius + np.sqrt(half_sizes[b, i, 0] ** 2 + half_sizes[b, i, 1] ** 2)
+        # Invariant: `path` is the length up to state t, `cost` holds the terms of the states and
+        # steps before t, and `nearest` is the smallest distance at the states before t.
         path = cost = 0.0
         nearest = np.inf
         count = min(lengths[b], trajectories.shape[1])

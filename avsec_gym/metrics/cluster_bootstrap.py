@@ -180,7 +180,7 @@ def difference_of_parts(first: Sampled, second: Sampled, *, seed: int = 0) -> Sa
     """The first less the second, of two sets that share no cluster.
 
     Such sets are the scenes of two parts of the assets: each figure has its own interval over
-    scenes, and their difference one of both together, which tells whether the parts differ by more
+    scenes, and their difference one of both together, which shows whether the parts differ by more
     than scenes do.  The samples of the second are shuffled: those of two sets of one size are
     drawn alike, and would pair scenes that have nothing to do with each other.
 

@@ -75,7 +75,7 @@ def share_of(hits: ArrayLike, clusters: Sequence[str]) -> Share:
 
     Example:
         >>> share = share_of([True] * 40, ["first", "second"] * 20)
-        >>> [round(bound, 3) for bound in share.interval]  # Two clusters say little.
+        >>> [round(bound, 3) for bound in share.interval]  # Two clusters show little.
         [0.342, 1.0]
     """
     if not np.size(hits):
@@ -159,8 +159,8 @@ def design_effect(hits: ArrayLike, clusters: Sequence[str]) -> float:
     """How many times as much a share varies as that of independent cases would; at least 1.
 
     Args:
-        hits: As of `share_of`, one or more.
-        clusters: As of `share_of`.
+        hits: Whether each case is a hit, as of `share_of`, one or more.
+        clusters: The cluster of each case, as of `share_of`.
 
     Example:
         >>> design_effect([True, True, False, False], ["a", "a", "b", "b"])

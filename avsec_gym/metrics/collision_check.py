@@ -22,7 +22,7 @@ from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.shapes import Rectangle, Shape, members, placed
 
 _SMALL = 1e-6
-"""Metres."""
+"""A length that counts as none, metres."""
 
 
 @dataclass(frozen=True)

@@ -25,9 +25,9 @@ from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle
 
 MARGIN = 0.5
-"""Metres."""
+"""The distance within which an object counts as touched, metres."""
 HORIZON = 3.0
-"""Seconds; goals are open for as long."""
+"""The time after which a contact weighs nothing, seconds; goals are open for as long."""
 
 
 class ContactWeights(NamedTuple):

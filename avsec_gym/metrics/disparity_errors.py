@@ -19,7 +19,7 @@ _CONFIDENCE = (0.025, 0.975)
 
 
 class Sums(NamedTuple):
-    """Over some pixels of a pair."""
+    """Sums over some pixels of a pair."""
 
     pixels: float
     error: float
@@ -31,7 +31,7 @@ class Sums(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Of a pair: where the estimator found something, and everywhere, its holes filled."""
+    """Errors of a pair: where the estimator found something, and everywhere, its holes filled."""
 
     found: Sums
     all: Sums
@@ -85,10 +85,10 @@ class ErrorRate:
 
 @dataclass(frozen=True)
 class PixelRates:
-    """Of the pixels that are looked at."""
+    """Rates of the pixels that are looked at."""
 
     end_point_error: ErrorRate
-    """Pixels."""
+    """The mean error, pixels."""
     off_3px: ErrorRate
     """The share that is off by more than 3 pixels."""
     d1: ErrorRate

@@ -56,7 +56,7 @@ def holm_findings(p_values: ArrayLike, alpha: float = ALPHA) -> NDArray[np.bool_
     """Which comparisons are sure, with a probability of at most alpha that any of them is false.
 
     Args:
-        p_values: As of `holm_adjusted`.
+        p_values: The p-values of the comparisons, as of `holm_adjusted`.
         alpha: The probability, above 0 and below 1.
 
     Returns:

@@ -76,7 +76,7 @@ def paired_differences(
     alone gives no interval.
 
     Args:
-        first: Records.
+        first: Records with the first input.
         second: Records of the same scenarios and intentions in the same order.
         cluster: The cluster that a record belongs to, as of `SafetyRates.of`.
         resamples: Bootstrap samples.
@@ -132,7 +132,7 @@ def scenario_p(before: Sequence[SafetyRecord], after: Sequence[SafetyRecord]) ->
     test of scenarios, which does not take its episodes for independent.
 
     Args:
-        before: Records.
+        before: Records with the first input.
         after: Records of the same scenarios and intentions in the same order.
 
     Example:

@@ -19,13 +19,13 @@ def probability_of_improvement(
 ) -> Sampled:
     """The probability that a training scores above another player on a task; a tie is half of it.
 
-    The bootstrap draws trainings and tasks, each with replacement: tasks are the same for everyone,
-    and so are drawn for all trainings together (Owen 2007, "The pigeonhole bootstrap").  Of one
+    The bootstrap draws trainings and tasks, each with replacement: tasks are the same for all
+    players, and so are drawn for all together (Owen 2007, "The pigeonhole bootstrap").  Of one
     training only tasks are drawn, of one task only trainings; of both one there is no interval.
 
     Args:
         trainings: The scores of each training on T tasks, each of shape (T,), T at least 1.
-        other: Those of the other player on the same tasks, shape (T,).
+        other: The scores of the other player on the same tasks, shape (T,).
         resamples: Bootstrap samples.
         seed: Seed of the bootstrap.
 

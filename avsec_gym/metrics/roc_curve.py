@@ -17,7 +17,7 @@ class ClusteredScores:
     """Scores of cases, some of which belong together.
 
     Args:
-        scores: How much speaks for a positive, shape (N,); -inf where nothing is said.
+        scores: How much speaks for a positive, shape (N,); -inf where nothing does.
         clusters: Cluster of each case, such as the instant that it is of; N names.
     """
 

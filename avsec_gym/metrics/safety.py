@@ -24,7 +24,7 @@ from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 SAFE, COLLISION, UNPLANNED = "safe", "collision", "unplanned"
-"""Outcomes."""
+"""The outcomes of an episode."""
 
 
 @dataclass(frozen=True)
@@ -142,11 +142,11 @@ class SafetyRates:
     """
 
     scenarios: int
-    """k_dts"""
+    """The number of scenarios, k_dts."""
     planned: int
-    """k_trj"""
+    """The number of planned episodes, k_trj."""
     collisions: int
-    """k_cls"""
+    """The number of collisions, k_cls."""
     failures: dict[str, int]
     """Unplanned scenarios by reason."""
     mean_path_length: float
@@ -168,7 +168,7 @@ class SafetyRates:
         """Count records.
 
         Args:
-            records: Records.
+            records: The records that are counted.
             cluster: The cluster that a record belongs to: its scenario, which its intentions and
                 attacks share, or more, such as the drive that several scenarios are of.
         """

@@ -10,8 +10,9 @@ share of the weight that is found.  What the weights are is a choice:
   drive unsafe, 0 to all others.  It asks a planner, and holds for that one.
 
 Limits, whatever the weights: a recall knows nothing of ghosts, which is what patches add, and
-nothing of where a found box stands.  Whether it tells more of driving safety than average precision
-does is a question for measurements: studies/results/telling_measures.md has those of this project.
+nothing of where a found box stands.  Whether it predicts driving safety better than average
+precision does is a question for measurements: studies/results/telling_measures.md has those of this
+project.
 
 Source: the weighting by distance and time to collision is after Ceccarelli and Montecchi,
 "Evaluating Object (Mis)Detection From a Safety and Reliability Perspective: Discussion and
@@ -48,8 +49,9 @@ class SafetyWeightedRecall:
     """The share of the weight of real objects that is found.
 
     Args:
-        recall: Over all frames and intentions, from 0 to 1; None where no object weighs anything.
-        by_intention: Of each driving intention alone.
+        recall: The recall over all frames and intentions, from 0 to 1; None where no object weighs
+            anything.
+        by_intention: The recall of each driving intention alone.
         frames: Number of frames.
         weighed: Number of objects that weigh something, counted once for each intention.
         threshold: The least score of a detection that counts.
@@ -110,6 +112,7 @@ def safety_weighted_recall(
         [1.0, 0.0]
     """
     weigh = time_to_contact if weigh is None else weigh
+    # Of each frame and intention: the weight that is found, and the weight of all.
     sums = np.zeros((len(truth), len(Intention), 2))
     weighed = 0
     for number, (labels, seen) in enumerate(zip(truth, detections, strict=True)):
@@ -118,12 +121,14 @@ def safety_weighted_recall(
             real = real[real.category == category]
         if not len(real):
             continue
+        # Which real objects a detection stands for.
         believed = _obstacles(seen)
         found = meant(real, believed[believed.score >= threshold])
         for column, intention in enumerate(Intention):
             weights = weigh(real, intention)
             weighed += int((weights > 0).sum())
             sums[number, column] = weights[found].sum(), weights.sum()
+    # Their quotients, over all intentions with an interval, and by intention.
     total = sums.sum(axis=1)
     return SafetyWeightedRecall(
         _share(total, resamples, seed),

@@ -54,7 +54,7 @@ def largest_above(samples: int, rate: float, confidence: float = CONFIDENCE) -> 
     Args:
         samples: n, the number of independent clean samples.
         rate: r, the false positive rate to keep, above 0 and below 1.
-        confidence: As of `rate_bound`.
+        confidence: The probability that the bound holds, as of `rate_bound`.
 
     Returns:
         The largest k with ``rate_bound(n, k) <= r``; None where no threshold among so few samples
@@ -85,7 +85,7 @@ def fewest_samples(rate: float, above: int = 0, confidence: float = CONFIDENCE) 
     Args:
         rate: r, the false positive rate to keep, above 0 and below 1.
         above: k, how many samples are to lie above; 0: the threshold is the largest sample.
-        confidence: As of `rate_bound`.
+        confidence: The probability that the bound holds, as of `rate_bound`.
 
     Returns:
         The smallest n with ``rate_bound(n, k) <= r``.
@@ -142,7 +142,7 @@ def tolerance_threshold(
         values: Clean values, shape (N,).
         clusters: Cluster that each value belongs to, N names.
         rate: r, the false positive rate to keep, above 0 and below 1.
-        confidence: As of `rate_bound`.
+        confidence: The probability that the bound holds, as of `rate_bound`.
 
     Raises:
         ConfigurationError: No values, or an argument cannot be.

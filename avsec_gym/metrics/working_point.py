@@ -39,7 +39,7 @@ class WorkingPoint:
 
 @dataclass(frozen=True)
 class Counts:
-    """Of cars (moderate, `MIN_IOU`), by KITTI's rules."""
+    """Counts of cars (moderate, `MIN_IOU`), by KITTI's rules."""
 
     found: int
     missed: int
@@ -55,7 +55,7 @@ class Counts:
 def working_point(
     truth: Sequence[Boxes3D], found: Sequence[Boxes3D], seen: int = FROM_ABOVE
 ) -> WorkingPoint | None:
-    """Of a detector on F frames; None where it finds no car at all.
+    """The working point of a detector on F frames; None where it finds no car at all.
 
     Args:
         truth: Labels of each frame.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from avsec_gym.perception.detectors.detector import Detector
 
 RECORD = "detector.json"
-"""Beside the results: whose they are, and of which data."""
+"""The file beside the results that states whose they are, and of which data."""
 
 _ANOTHER = "Name another folder: results of two runs in one would be scored as one."
 
@@ -60,11 +60,11 @@ def write_result_folder(
 
     Args:
         kitti: A folder in KITTI's object layout.
-        ids: Frames.
+        ids: The ids of the frames.
         detector: What `avsec_gym.registry.make` takes; no live object with several workers.
         out: The folder: new, empty, or with results of the same detector on the same data.
-        workers: Processes; each makes a detector of its own.
-        on_progress: Takes how many frames of how many are done.
+        workers: The number of processes; each makes a detector of its own.
+        on_progress: Function that gets how many frames of how many are done.
 
     Raises:
         ConfigurationError: There is no such detector, or a live one meets several workers.

@@ -72,7 +72,7 @@ class StereoBatch:
         )
 
     def to(self, device: torch.device | str) -> StereoBatch:
-        """On another device."""
+        """The batch on another device."""
         return replace(
             self,
             left=self.left.to(device),

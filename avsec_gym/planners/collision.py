@@ -71,6 +71,7 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> CollisionWorld:
         obstacles: The N obstacles.
         edges: Segments of the road edge, shape (M, 4).
     """
+    # The convex pieces, with the obstacle of each; rectangles alone are laid out at once.
     owner: NDArray[np.int64]
     if all(type(shape) is Rectangle for shape in obstacles.shapes):
         owner = np.arange(len(obstacles))
@@ -90,10 +91,12 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> CollisionWorld:
         for row, (_, piece, centre) in enumerate(flat):
             vertices[row, : corners[row]] = piece.vertices - np.array(centre)
         radius = np.array([piece.radius for _, piece, _ in flat])
+    # When each piece is there: what stands, always, with its only pose.
     poses, static = obstacles.poses[owner], obstacles.static[owner]
     first = np.where(static, ALWAYS, obstacles.first_step[owner])
     known = np.where(static, 1, obstacles.steps[owner])
     last = np.where(static, FOR_EVER, first + known - 1)
+    # The circle about a piece's centre that holds it, for the shortcuts of the tests.
     reach = np.hypot(vertices[..., 0], vertices[..., 1]).max(axis=1, initial=0.0) + radius
     return CollisionWorld(
         vertices=vertices,
@@ -225,6 +228,7 @@ def touches_piece(
         dy = max(abs(py + rs * vx + rc * vy) - half_width, 0.0)
         return bool(dx * dx + dy * dy <= radius**2)
     # The ego vehicle's two axes: the piece's extent along them.
+    # Invariant: low and high bound the vertices before k.
     low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
     for k in range(count):
         vx, vy = vertices[i, k, 0], vertices[i, k, 1]
@@ -233,7 +237,8 @@ def touches_piece(
         low_y, high_y = min(low_y, qy), max(high_y, qy)
     if low_x > half_length or high_x < -half_length or low_y > half_width or high_y < -half_width:
         return False
-    # The piece's own axes: the normals of its edges.
+    # The piece's own axes: the normals of its edges, outward as vertices run counter-clockwise.
+    # Invariant: no axis before k parts the two.
     for k in range(count):
         ax, ay = vertices[i, k, 0], vertices[i, k, 1]
         following = k + 1 if k + 1 < count else 0
@@ -270,6 +275,8 @@ def touches_edge(
     if (ax > beyond and bx > beyond) or (ax < -beyond and bx < -beyond):
         return False
     # Clip the segment to the rectangle; what is left touches it.
+    # Invariant: the part from `first` to `last` lies within the rectangle along the axes so far;
+    # nothing is left once `first` is beyond `last`.
     first, last = 0.0, 1.0
     dx, dy = bx - ax, by - ay
     for axis in range(2):

@@ -67,7 +67,7 @@ class MotionPrimitivePlanner:
             primitives that lead onto its grid where the start speed lies off it.
         node_limit: Most nodes to expand; the memory's end (`Reason.MEMORY`) is a limit, too.
         time_limit: Most seconds to search.
-        keep_tree: Return the nodes with every plan, for pictures.
+        keep_tree: Whether every plan comes with its nodes, for pictures.
 
     Example:
         >>> from avsec_gym.scenario.builder import build_planning_scenario

@@ -108,7 +108,7 @@ class MotionPrimitives:
 
     @cached_property
     def arrays(self) -> PrimitiveArrays:
-        """The same, laid out for the search kernel."""
+        """The primitives laid out for the search kernel."""
         if self.grid is not None:
             return self._onto_grid(self.grid.arrays)
         counts = self.follows.sum(axis=1)

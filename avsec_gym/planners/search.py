@@ -78,7 +78,7 @@ def advance(
         world: A `CollisionWorld`, as a plain tuple, which numba reads in half the time.
         memory: Handle on a `SearchState`.
         budget: Most expansions in this call.
-        begins: Forget what is in the memory first.
+        begins: Whether what is in the memory is forgotten first.
 
     Returns:
         What `search` returns; the trajectory, shape (T, 5), without rows if nothing was found; its

@@ -77,6 +77,7 @@ def may_meet(
     mx, my, around = sweep[primitive, 0], sweep[primitive, 1], sweep[primitive, 2] + _ROUNDING
     mx, my = x + cos * mx - sin * my, y + sin * mx + cos * my
     slowest, fastest = sweep[primitive, 3], sweep[primitive, 4]
+    # Invariant: no goal before g can be reached; only what the exact test would refuse is refused.
     for g in range(windows.shape[0]):
         # In time, beside the box by less than the circle, and at a speed of the interval; headings
         # are left to the exact test.

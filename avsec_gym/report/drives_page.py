@@ -37,7 +37,7 @@ def drives_page(
 
     Args:
         folder: The drives.
-        summary: Their rates and means, setting by setting.
+        summary: The rates and means of the drives, setting by setting.
         record: What was asked for.
         pictures: The most scenes whose drives ended badly that are shown as film strips.
 

@@ -20,7 +20,7 @@ def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> lis
 
 
 def number(value: float | None, digits: int) -> str:
-    """With so many digits behind the point; a dash for None and NaN.
+    """A number with so many digits behind the point; a dash for None and NaN.
 
     Example:
         >>> number(1234.567, 1), number(-0.001, 2), number(None, 1)

@@ -9,7 +9,7 @@ from avsec_gym.report.run_report import RunReport
 
 
 def remarks(report: RunReport) -> list[str]:
-    """What is to be said before everything else; nothing for a run that lacks nothing."""
+    """Remarks that stand before everything else; none for a run that lacks nothing."""
     cells, result = report.facts.cells, []
     whole = cells.done + cells.failed + cells.missing
     if cells.missing:

@@ -16,7 +16,7 @@ from avsec_gym.runs.rows import Rows, rows_of
 
 @dataclass(frozen=True, eq=False)
 class Done:
-    """A cell came to a result."""
+    """A cell has a result."""
 
     rows: Rows
     seconds: float

@@ -43,7 +43,7 @@ def fingerprint(path: Path) -> str:
     sizes taken: reading them would take minutes.
 
     Returns:
-        SHA-256 of a file's bytes or of what is said above, as hexadecimal digits.
+        SHA-256 of a file's bytes or of what is listed above, as hexadecimal digits.
 
     Raises:
         DataError: It is not there, or cannot be read.

@@ -22,7 +22,7 @@ class LocalWorkers:
 
     Args:
         configuration: The configuration of the run.
-        count: Processes.
+        count: The number of processes.
         threads: The number of threads of each.
         log: File that takes their warnings.
     """
@@ -71,10 +71,10 @@ class LocalWorkers:
             worker.join()
 
     def _heard(self, number: int) -> Iterator[Done | Failed | Unready | Died]:
-        """What a worker said last; nothing if it only said that it begins."""
+        """The last news of a worker; none if it only reported that it begins."""
         worker = self._workers[number]
         try:
-            # What it said before it died still counts.
+            # What it reported before it died still counts.
             while worker.said_something():
                 if (said := worker.receive()) is not None:
                     yield said

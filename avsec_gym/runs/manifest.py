@@ -193,8 +193,8 @@ def check_same_question(
     Args:
         root: Folder of the run.
         there: Manifest of the run.
-        configuration: Asked now, with all options.
-        threads: Asked now.
+        configuration: The configuration that is asked for now, with all options.
+        threads: The number of threads that is asked for now.
 
     Raises:
         DataError: Something that results depend on differs; it is named.

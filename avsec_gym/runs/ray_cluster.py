@@ -27,7 +27,7 @@ class RayCluster:
         self.ray = ray
 
     def cores(self) -> tuple[int, ...]:
-        """Of each machine that lives, whole ones."""
+        """The whole cores of each machine that lives."""
         living = (machine for machine in self.ray.nodes() if machine["Alive"])
         return tuple(int(machine["Resources"].get("CPU", 0)) for machine in living)
 

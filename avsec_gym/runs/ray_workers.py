@@ -80,7 +80,7 @@ class RayWorkers:
         self._in_hand[number] = (actor.prepare.remote(cell), actor.do.remote(cell))
 
     def wait(self) -> list[tuple[int, News]]:
-        """Whose cell is done or who has started, or what ended them.
+        """News of the workers: whose cell is done, who has started, or what ended them.
 
         Raises:
             ConfigurationError: No actor does anything, and none has started in time.
@@ -145,8 +145,8 @@ class RayWorkers:
 
     def _death(self, actor: _RayActor, error: Exception, at_work: bool) -> Died:
         errors = self._ray.exceptions
-        # Only these tell of the actor's own process; the others tell of its machine, of what
-        # stood on it, or of the way to it.
+        # Only these are about the actor's own process; the others are about its machine, about what
+        # stood on it, or about the way to it.
         own = (errors.ActorDiedError, errors.OutOfMemoryError, errors.RuntimeEnvSetupError,
                errors.WorkerCrashedError, errors.RayTaskError)  # fmt: skip
         living = self._cluster.living()

@@ -91,13 +91,14 @@ def run_experiments(
         experiments: Cells that several of them need are done once.
         configuration: Options that are not given get the experiments' defaults.
         root: Folder of the run: new, empty, or with a run of the same configuration.
-        workers: Processes; if None, as many as have cores for their threads, up to four on each
-            machine; 0: this very process. A cluster takes no more than it has cores for.
+        workers: The number of processes; if None, as many as have cores for their threads, up to
+            four on each machine; 0: this very process. A cluster takes no more than it has cores
+            for.
         threads: The threads of each process; if None, those that the run began with, or the cores
             divided by the processes. A network's last digits depend on it.
         backend: The place of the processes; their cores count, not those of the machine that asks.
-        retry: Do failed cells again.
-        on_progress: Called with the number of finished cells and that of all.
+        retry: Whether failed cells are done again.
+        on_progress: Function that gets the number of finished cells and that of all.
         besides: Names of files that may be in a new folder, since the caller has put them there.
 
     Raises:
@@ -113,6 +114,7 @@ def run_experiments(
     configuration = with_defaults(configuration, experiments)
     with locked_folder(root) as root, ExitStack() as stack:
         _check_empty_or_run(root, besides)
+        # Where the processes are, and the run's manifest: begun here, or that of the folder.
         cluster = (
             stack.enter_context(ray_cluster(usable_cores())) if backend == Backend.RAY else None
         )
@@ -120,11 +122,13 @@ def run_experiments(
         manifest = _manifest(root, experiments, configuration, cores, workers, threads)
         workers = _workers(cores, workers, manifest["threads"], cluster)
         configuration = Configuration(**manifest["configuration"])
+        # The cells that the experiments need, those of several once.
         needs = {each.name: _distinct(each, configuration) for each in experiments}
         cells = list({cell: cell for own in needs.values() for cell in own})
         if not manifest["sittings"]:  # Before the results, so that they belong to something.
             write_manifest(root, manifest)
         with closing(ResultStore(root / RESULTS)) as store, log_into(root / LOG):
+            # Which of them the results lack.
             store.plan(needs, manifest["experiments"])
             if retry:
                 store.forget_failures(cells)
@@ -135,6 +139,7 @@ def run_experiments(
             there = [statuses[cell.id] for cell in cells if cell.id in statuses]
             failures: list[tuple[Cell, str]] = []
             if missing:
+                # A sitting: begun in the manifest, its cells done and stored one by one, closed.
                 sitting = begin_sitting(manifest, environment())
                 sitting |= {"command": command_line(), "workers": workers, "backend": backend}
                 write_manifest(root, manifest)
@@ -187,7 +192,7 @@ def _failures(
         cells: The cells.
         team: The workers, who are sent home at the end.
         store: The store of the results.
-        on_finished: Called after each cell with the number of finished ones.
+        on_finished: Function that is called after each cell with the number of finished ones.
     """
     failures = []
     with closing(team), closing(finished_cells(cells, team)) as outcomes:

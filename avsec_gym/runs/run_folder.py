@@ -103,7 +103,7 @@ class RunFolder:
         return [{**row, "arguments": self._arguments(row["arguments"])} for row in rows]
 
     def failures(self, experiment: str | None = None) -> list[dict[str, Any]]:
-        """Those of `cells` that failed."""
+        """The failures of `cells`."""
         return [row for row in self.cells(experiment) if row["status"] == "failed"]
 
     def missing(self, experiment: str | None = None) -> int:
@@ -168,7 +168,7 @@ class RunFolder:
         return self._table("measurements", "name, setting, strength, scenario", where)
 
     def timings(self) -> dict[str, dict[str, float]]:
-        """Of each part: how many cells took it (``cells``), and ``seconds`` of all of them."""
+        """The time of each part: how many cells took it (``cells``), and all ``seconds``."""
         rows = self._rows(
             "SELECT part, count(*) AS cells, sum(seconds) AS seconds FROM timings"
             " GROUP BY part ORDER BY part"

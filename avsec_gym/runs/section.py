@@ -48,7 +48,7 @@ class ReportRequest:
         experiments: Experiments of other packages whose sections are wanted, as
             ``"my_package.my_module:MY_EXPERIMENT"``. A run's folder may come from anywhere: nothing
             that only its manifest names is imported.
-        progress: Shows how far a job of a given name is.
+        progress: Function that shows how far a job of a given name is.
     """
 
     pictures: int = 0
@@ -103,7 +103,7 @@ class Section:
             console.
         parts: Tables and figures, in the order of the page.
         link: A shorter heading for the page's list of sections; the title, if empty.
-        context: What else is to be said below the heading.
+        context: What else stands below the heading.
         text_tables: The tables of the text, if others than those among `parts`.
     """
 

@@ -23,7 +23,7 @@ def room(cores: Sequence[int], threads: int) -> int:
 
 
 def usual_workers(cores: Sequence[int], threads: int) -> int:
-    """As many as fit, but no more than four on a machine, and one at least.
+    """The number of workers: as many as fit, but no more than four on a machine, and one at least.
 
     Example:
         >>> usual_workers([16, 2], threads=1)

@@ -72,7 +72,7 @@ def check_sound(database: sqlite3.Connection, path: Path) -> int:
     """Check a database that a run has written; a run that writes on is no harm.
 
     Args:
-        database: Open.
+        database: The open database.
         path: The path of the file, for messages.
 
     Returns:
@@ -176,7 +176,7 @@ def gone(path: Path) -> DataError:
 
 
 def schema_version(database: sqlite3.Connection) -> int:
-    """Of a database; 0 of a new one."""
+    """The version of a database's schema; 0 of a new one."""
     return int(database.execute("PRAGMA user_version").fetchone()[0])
 
 
@@ -196,7 +196,7 @@ def needs_digest(database: sqlite3.Connection) -> str:
 
 
 def row_digest(table: str, row: tuple[object, ...]) -> int:
-    """Of the stored values of a row; those of a cell are added, so that order does not count."""
+    """The digest of a row's stored values; those of a cell are added: order does not count."""
     content = f"{table} {row!r}".encode("utf-8", "surrogatepass")
     return int.from_bytes(blake2b(content, digest_size=16).digest())
 

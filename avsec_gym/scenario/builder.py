@@ -46,10 +46,10 @@ def build_planning_scenario(
 
     Args:
         boxes: Believed objects; classes that are no obstacles are left out.
-        road_type: Selects speeds and motion primitives.
+        road_type: The road's type, which selects speeds and motion primitives.
         intention: Driving intention: the lane in which the goal lies.
         speeds: Speed of each box along its heading, m/s, shape (N,); None: all stand.
-        start_speed: The ego vehicle's; None takes the road type's.
+        start_speed: The ego vehicle's speed at the start; None: that of the road type.
         id: Id of the scenario.
         own_road: The road; None: the thesis' straight lanes.
     """
@@ -70,7 +70,7 @@ def goal_of(road_type: RoadType, intention: Intention, own_road: OwnRoad | None 
     """The goal region 15 m ahead in the lane that the intention names.
 
     Args:
-        road_type: Gives the speeds.
+        road_type: The road's type, which gives the speeds.
         intention: One that the road has a lane for.
         own_road: The road; None: the thesis' straight lanes.
     """

@@ -33,7 +33,7 @@ class GivenScene:
 
     @property
     def id(self) -> str:
-        """The scenario's."""
+        """The id of the scenario."""
         return self.scenario.id
 
     def truth(self) -> Obstacles:

@@ -42,8 +42,8 @@ def neighbour_of(lanes: Sequence[LaneAcross], number: int, step: int) -> int | N
 
     Args:
         lanes: The road's lanes, from right to left.
-        number: The lane's.
-        step: 1: to the left of the road's line, -1: to its right.
+        number: The number of the lane.
+        step: The direction: 1 to the left of the road's line, -1 to its right.
     """
     other = number + step
     if not 0 <= other < len(lanes):

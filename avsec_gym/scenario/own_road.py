@@ -67,7 +67,7 @@ class OwnRoad:
         Args:
             intention: One of `intentions`.
             ahead: Metres along the road from the car to the stretch's middle.
-            length: Metres.
+            length: Length of the stretch, metres.
         """
         lane = self._lane(intention)
         assert lane is not None

@@ -112,7 +112,7 @@ class Scene:
         return tuple(Intention) if self.own_road is None else self.own_road.intentions
 
     def possible(self, intentions: Sequence[Intention]) -> tuple[Intention, ...]:
-        """Those of some intentions that the road has a lane for, in their order.
+        """The intentions, of some, that the road has a lane for, in their order.
 
         Raises:
             ConfigurationError: It has none.

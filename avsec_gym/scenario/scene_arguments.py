@@ -18,8 +18,8 @@ def scene_arguments(what: Any, function: Callable[..., Any]) -> dict[str, Any]:
 
     Args:
         what: The function's first argument, or a dictionary of all that are named.
-        function: Takes names, paths, or lists of them; and a ``count``, a ``seed``, a number of
-            ``vehicles``, a flag ``contested``, and seconds ``every``.
+        function: The function, which takes names, paths, or lists of them; and a ``count``, a
+            ``seed``, a number of ``vehicles``, a flag ``contested``, and seconds ``every``.
 
     Raises:
         ConfigurationError: These are no such arguments.

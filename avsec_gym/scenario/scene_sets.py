@@ -93,7 +93,7 @@ def label_folder(
     """Scenes of any folder of KITTI label files; everything stands unless flags state otherwise.
 
     Args:
-        folder: Holds ``000123.txt`` files.
+        folder: The folder, which holds ``000123.txt`` files.
         flags: Folder with files of the same names: a line for each label line from the top, ``n``
             (no obstacle), ``0`` (stands), ``1`` or ``-1`` (moves).
         ids: Ids of the frames; None: all.
@@ -233,7 +233,7 @@ def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet
     Args:
         data: A `KittiObject`.
         ids: Ids of the frames.
-        seed: Kept with the scenes.
+        seed: A seed that is kept with the scenes.
     """
     scenes: list[Scene] = []
     errors: list[DataError] = []

@@ -159,7 +159,7 @@ def points_as_tuples(
 
     Args:
         points: Numbers as lists, tuples or an array; shape (N, 2).
-        what: Whose points they are, for the message.
+        what: What the points belong to, for the message.
 
     Raises:
         PlanningError: They have another shape.

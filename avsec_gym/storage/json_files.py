@@ -23,8 +23,8 @@ def parse_json(text: str, *, finite: bool = True) -> Any:
     """The value that a JSON text spells.
 
     Args:
-        text: JSON.
-        finite: Refuse NaN and infinity, which Python writes and JSON does not know.
+        text: The JSON text.
+        finite: Whether NaN and infinity are refused, which Python writes and JSON does not know.
 
     Raises:
         ValueError: It is no JSON, nested deeper than `DEEPEST`, or holds a number that is not

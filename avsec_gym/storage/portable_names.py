@@ -31,8 +31,8 @@ def local(value: Value) -> Value:
     """What `portable` made, with all texts as this process has names of files.
 
     Args:
-        value: See `portable`; a record of an earlier release, made under a POSIX locale, is taken
-            as well.
+        value: The value that `portable` made; a record of an earlier release, made under a POSIX
+            locale, is taken as well.
     """
     return _with_texts(value, _local)
 

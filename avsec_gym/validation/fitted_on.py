@@ -35,7 +35,7 @@ class FittedOn:
 
     Args:
         system: The sensors.
-        depth: `PairDepth.settings`.
+        depth: The settings of the pair depth, `PairDepth.settings`.
         scales: Focal length times baseline of neighbouring cameras, from right to left, pixels
             times metres.
         data: JSON-able: what names the frames, such as a suite, how many, which seed.
@@ -84,7 +84,7 @@ class FittedOn:
             )
 
     def to_json(self) -> dict[str, Any]:
-        """For a file."""
+        """The record for a file."""
         return {
             "sensors": list(self.system.sensors),
             "depth": dict(self.depth),

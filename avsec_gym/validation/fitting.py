@@ -88,7 +88,7 @@ def fit_likelihood_model(
     Args:
         clean: Ten frames or more.
         seed: Seed of the attacks, which are those of `attack_to_fit_on`.
-        samples: See `fit_threshold_table`.
+        samples: The folder of samples, see `fit_threshold_table`.
         on_progress: Callback after each frame; the fit itself takes a minute beyond the last.
 
     Raises:

@@ -66,7 +66,7 @@ def identify_attacked_sensors(state: ErrorState, sensors: int) -> Identification
     here e_{0,1,2} is asked beside that, since it is 0 if the limit is kept.
 
     Args:
-        state: e_{i,j,k}.
+        state: The states of the triples, e_{i,j,k}.
         sensors: The number of sensors, n + 1.
 
     Raises:

@@ -29,7 +29,7 @@ class RecordedFrame:
     Args:
         id: An id such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several
             drives.
-        frame: Reads what the sensors deliver; DataError where a file is broken.
+        frame: Function that reads what the sensors deliver; DataError where a file is broken.
         drive: The drive of the frame, whose frames are alike; None: the frame stands alone.
     """
 
@@ -103,10 +103,11 @@ class Recordings:
 
 
 def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) -> Recordings:
-    """Of a drive, a day of drives or a folder of days in KITTI's raw layout; or of sequences.
+    """Recordings of a drive, a day or a folder of days in KITTI's raw layout; or of sequences.
 
     Args:
-        root: See `recorded_drives`: the tracking and the odometry benchmarks are read, too.
+        root: The folder, see `recorded_drives`: the tracking and the odometry benchmarks are read,
+            too.
         sensors: S_0 to S_n; None: those that leave the most to judge, frames times sensors, see
             `system_of`: one that few frames have is left out, one that a few lack is not.
 
@@ -140,7 +141,7 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
 def object_recordings(
     root: str | Path, sensors: Sequence[Sensor] | None = None, split: str | None = None
 ) -> Recordings:
-    """Of a folder in KITTI's object layout: cameras 2 and 3 and the LiDAR.
+    """Recordings of a folder in KITTI's object layout: cameras 2 and 3 and the LiDAR.
 
     Raises:
         DataError: No frame has both images, the scan and the calibration.

@@ -39,8 +39,8 @@ class ThresholdValidator:
 
     Args:
         thresholds: The errors without an attack; a table or its file.
-        rate: r, the designated false alarm rate of each triple.
-        criterion: See `ThresholdTable.thresholds`.
+        rate: The designated false alarm rate r of each triple.
+        criterion: What counts as beyond, see `ThresholdTable.thresholds`.
 
     Raises:
         ConfigurationError: A rate or criterion that cannot be.

@@ -42,9 +42,9 @@ class Threshold:
 
     Args:
         error: The threshold of E.
-        hole_share: See `DisparityError`.
-        densest: See `DisparityError`.
-        brightness: See `DisparityError`.
+        hole_share: The threshold of the share of holes, see `DisparityError`.
+        densest: The threshold of the densest disproved window, see `DisparityError`.
+        brightness: The threshold of the brightness, see `DisparityError`.
     """
 
     error: float = np.inf
@@ -54,7 +54,7 @@ class Threshold:
 
     @property
     def shares(self) -> Floats:
-        """In the order of `MEASURES`, shape (4,)."""
+        """The thresholds in the order of `MEASURES`, shape (4,)."""
         return np.array([getattr(self, name) for name in MEASURES])
 
     def exceeded(self, error: DisparityError) -> bool:
@@ -151,8 +151,8 @@ class ThresholdTable:
         by one share.  Frames of one drive are alike: of a few drives it promises too much.
 
         Args:
-            rate: As of `thresholds`.
-            criterion: As of `thresholds`.
+            rate: The designated false alarm rate, as of `thresholds`.
+            criterion: What counts as beyond, as of `thresholds`.
 
         Raises:
             ConfigurationError: As of `thresholds`.

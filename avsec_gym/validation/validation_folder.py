@@ -100,7 +100,7 @@ class ValidationFolder:
 
     @property
     def rows(self) -> dict[str, dict[str, Any]]:
-        """By the frames' ids."""
+        """The rows by the frames' ids."""
         return self._lines.rows
 
     def add(self, row: dict[str, Any]) -> None:
@@ -138,7 +138,7 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
 
     Args:
         out: The folder, there or not.
-        record: See `ValidationFolder`.
+        record: The record to compare with, see `ValidationFolder`.
     """
     if not any(is_there(out / name) for name in (ROWS, THRESHOLDS, LIKELIHOOD, SAMPLES)):
         return []
@@ -160,7 +160,7 @@ def usual_folder(usual: Path, record: Mapping[str, Any]) -> Path:
 
     Args:
         usual: The first of them.
-        record: See `ValidationFolder`.
+        record: The record of the results, see `ValidationFolder`.
     """
     places = (usual.with_name(f"{usual.name}_{number}") for number in count(2))
     return next(out for out in chain([usual], places) if not differences(out, record))

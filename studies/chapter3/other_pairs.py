@@ -145,7 +145,7 @@ def cars_ahead(boxes: Boxes3D) -> Boxes3D:
 
 
 def distances(cars: Boxes3D, found: Boxes3D) -> Floats:
-    """Of each car the distance of the box in its direction over its own; NaN without one.
+    """The distance of each car's box in its direction over its own; NaN without one.
 
     Args:
         cars: The cars as they are, N.

@@ -82,7 +82,7 @@ class BothPlanners:
         scenarios: Number of scenarios.
         rows: A row for each condition and planner.
         differences: A row for each condition.
-        families: By planner, the chapter's question within families of attacks.
+        families: The chapter's question within families of attacks, by planner.
     """
 
     scenarios: int
@@ -105,7 +105,7 @@ def both_planners(
         scenes: The run's scenes.
         motion: The objects that its planner takes as moving.
         threshold: The least score of a box that is planned on.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
     """
     conditions = [each for each in outcomes.conditions if not each.whole_levels]
 

@@ -76,7 +76,7 @@ def case_measures(
         motion: The objects that the run's planner takes as moving.
         conditions: The conditions that count.
         threshold: The least score of a box that is planned on; others do not count.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
     """
     by_id, count = {scene.id: scene for scene in scenes}, len(outcomes.scenarios)
     result = {

@@ -82,7 +82,7 @@ def corrected_rows(
         scenes: The run's scenes.
         motion: The objects that its planner takes as moving.
         threshold: The least score of a box that is planned on.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
 
     Returns:
         A row for each condition and each of `CORRECTED`.

@@ -69,7 +69,8 @@ class CostlyErrors:
         scenarios: Number of scenarios.
         headroom: Rows of cars without a detector.
         errors: Rows of corrected detections.
-        measures: Of earlier runs, what `telling_page` shows of later ones; None: a later one.
+        measures: The measures of earlier runs, which `telling_page` shows of later ones; None: the
+            run is a later one.
     """
 
     scenarios: int

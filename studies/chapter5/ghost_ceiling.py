@@ -151,7 +151,7 @@ def ghost_ceilings(
         scenes: The scenes.
         seed: Seed of the places.
         planner: The motion planner; None: A* over motion primitives.
-        on_progress: Called with the number of scenes that are done, and of all.
+        on_progress: Function that gets the number of scenes that are done, and of all.
     """
     planner = MotionPrimitivePlanner() if planner is None else planner
     truth: dict[Intention, list[SafetyRecord]] = {intention: [] for intention in Intention}
@@ -194,7 +194,7 @@ def ghost_places(
 ) -> Iterator[PatchPlace]:
     """Places of a specific patch, without end: the next ghost stands at the next one.
 
-    The distance is uniform in metres, so that a range does not tell of its near end alone; the
+    The distance is uniform in metres, so that a range does not stand for its near end alone; the
     column is uniform in the third of the image that the intention points to, as far as both views
     show the whole patch.  A ghost's row is that of the horizon, since planning looks from above.
 

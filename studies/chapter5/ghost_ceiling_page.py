@@ -31,7 +31,7 @@ from studies.chapter5.ghost_ceiling import (
 from studies.chapter5.ghost_ceiling_figure import draw_ceilings
 
 PICTURE = "images/ghost_ceiling.png"
-"""Beside the page."""
+"""The picture beside the page."""
 
 
 @dataclass(frozen=True)

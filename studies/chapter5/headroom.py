@@ -57,7 +57,7 @@ def headroom_rows(
         scenarios: The ids of those that count.
         motion: The objects that the planner takes as moving.
         seed: The seed of the run: patches stand where they stood there.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
 
     Returns:
         A row for the truth, for nothing at all, and for the truth with b* of a patch of the usual

@@ -1,6 +1,6 @@
 """Makes the networks whose parts were left out, to see what these parts are good for.
 
-``without_evidence``: Stereo R-CNN whose scores tell the class alone, as published, instead of the
+``without_evidence``: Stereo R-CNN whose scores are of the class alone, as published, instead of the
 images' agreement too.  ``without_pyramid``: DSGN without its spatial pyramid pooling; the package's
 weights go on learning without it, and a patch is trained against them as the package's were.  Both
 are calibrated on the frames that the package's own were (docs/detectors.md, "Training").

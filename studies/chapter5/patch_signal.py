@@ -72,9 +72,9 @@ class PatchSignal:
         places_to_learn: Number of places over which the common part outweighs the rest, the
             inverse of `common`; None where nothing is common.
         grey: Effect of a plain grey patch at the judged places.
-        pictures: Of pictures of cars, each at all of the judged places.
-        own_before: Of plain grey at the places that get a patch of their own.
-        own_after: Of the patches that were trained there.
+        pictures: The effect of pictures of cars, each at all of the judged places.
+        own_before: The effect of plain grey at the places that get a patch of their own.
+        own_after: The effect of the patches that were trained there.
     """
 
     weights: str | None
@@ -108,12 +108,12 @@ class PatchedGhost:
     ghost: Boxes3D
 
     def loss(self, detector: DifferentiableDetector, pixels: Tensor) -> Tensor:
-        """To the ghost alone."""
+        """The loss to the ghost alone."""
         batch = paste(batch_of_frames([self.frame]), pixels, [self.place])
         return total_loss(detector, batch, [self.ghost])
 
     def effect(self, detector: DifferentiableDetector, pixels: Tensor) -> PatchEffect:
-        """Of a patch with these pixels."""
+        """The effect of a patch with these pixels."""
         with torch.no_grad():
             batch = paste(batch_of_frames([self.frame]), pixels, [self.place])
             loss = float(total_loss(detector, batch, [self.ghost]))
@@ -203,7 +203,7 @@ def common_share(gradients: Tensor) -> float:
     than that of the true mean by 1/n of what they do not have in common.
 
     Args:
-        gradients: At different places, shape (n, ...), n of 2 or more.
+        gradients: The gradients at different places, shape (n, ...), n of 2 or more.
 
     Example:
         >>> common_share(torch.ones(5, 3))

@@ -41,7 +41,7 @@ def planned_anew(
         motion: The objects that its planner takes as moving.
         conditions: The conditions to plan anew.
         changes: The changes by their names.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
         planner: The motion planner; None: A* over motion primitives, as the run's.
 
     Returns:

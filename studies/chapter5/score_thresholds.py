@@ -70,7 +70,7 @@ def threshold_rows(
         scenes: The run's scenes.
         motion: The objects that its planner takes as moving.
         thresholds: The least scores of boxes that are planned on.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
 
     Returns:
         A row for each condition and threshold.

@@ -1,4 +1,4 @@
-"""The picture of which measure tells of safety: over attacks, and over single episodes."""
+"""The picture of which measure predicts safety: over attacks, and over single episodes."""
 
 from __future__ import annotations
 

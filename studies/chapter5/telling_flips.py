@@ -1,4 +1,4 @@
-"""Which measure of perception tells, of one attack, the episodes that it makes unsafe?
+"""Which measure of perception shows, of one attack, the episodes that it makes unsafe?
 
 Attacks can be ranked by a measure that knows nothing of single scenes.  Here each attack is looked
 at by itself: of the episodes that are safe unattacked, does the measure lose more in those that
@@ -36,7 +36,7 @@ from studies.chapter5.telling_measures import (
 
 @dataclass(frozen=True)
 class FlipRow:
-    """How well a measure tells episodes apart that became unsafe and that stayed safe.
+    """How well a measure parts episodes that became unsafe from those that stayed safe.
 
     Args:
         measure: One of `MEASURES`.
@@ -46,10 +46,10 @@ class FlipRow:
             files, whose format it is.
         became_unsafe: Number of those that are not under attack.
         scenes: Number of scenes that these are in.
-        area: Area under the ROC curve of the measure's loss, within attacks; 0.5 tells nothing.
+        area: Area under the ROC curve of the measure's loss, within attacks; 0.5 is chance.
         interval: The 95 % interval, by bootstrap over scenarios with all their attacks.
         more: How much larger it is than that of the average precision.
-        p_holm: As of `MeasureRow`, of these rows.
+        p_holm: The p-value after Holm's correction, as of `MeasureRow`, of these rows.
     """
 
     measure: str
@@ -74,11 +74,11 @@ class _Episodes:
 
 
 def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
-    """How well the loss of each measure tells which episodes an attack makes unsafe.
+    """How well the loss of each measure shows which episodes an attack makes unsafe.
 
     Args:
         outcomes: The outcomes of a run.
-        cases: As of `telling_rows`.
+        cases: The measures of the cases, as of `telling_rows`.
 
     Returns:
         A row for each measure, detector and family, ``both`` and ``all`` among them.
@@ -90,6 +90,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
     p_values: list[float] = []
     usual: dict[tuple[str, str], Sampled] = {}
     for measure in MEASURES:
+        # The measure of every case of an attack, and of the same cases unattacked.
         looked = dict.fromkeys([*(attack.unattacked for attack in attacks), *attacks])
         values = {each: _by_case(measure, outcomes, each, cases) for each in looked}
         # Where there is nothing to measure, nothing is lost.
@@ -97,6 +98,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             attack: np.nan_to_num(values[attack.unattacked] - values[attack]) for attack in attacks
         }
         for key, group in groups_of(attacks).items():
+            # The episodes of a family's attacks, one after the other, each with its loss.
             own = [episodes[attack] for attack in group]
             scenario, intention, unsafe = (
                 np.concatenate([getattr(each, name) for each in own] or [np.zeros(0, int)])
@@ -106,6 +108,7 @@ def flip_rows(outcomes: Outcomes, cases: CaseMeasures) -> list[FlipRow]:
             losses = np.array([lost[attack] for attack in group])
             scores = losses[number, scenario, intention] if len(own) else np.zeros(0)
             hits = unsafe.astype(bool)
+            # The area under the curve, and what it is beyond that of average precision.
             area = scenes.statistic(partial(_area, scores, hits, number, scenario))
             more = area - usual.setdefault(key, area)
             known = np.isfinite(area.value)

@@ -59,7 +59,7 @@ class TellingMeasures:
 
     @classmethod
     def of(cls, scenarios: int, measures: list[MeasureRow], flips: list[FlipRow]) -> Self:
-        """With the measures that these rows show to work best.
+        """The study's result with the measures that these rows show to work best.
 
         Args:
             scenarios: Number of scenarios.

@@ -134,7 +134,7 @@ class LoopTables:
 
 
 def table(folder: Path) -> LoopTable:
-    """What the drives in a folder come to, by setting.
+    """The results of the drives in a folder, by setting.
 
     Args:
         folder: A folder of `avsec drive`, named as one of `SETS`.

@@ -40,8 +40,8 @@ class PartsPrecision:
     """Average precision of cars on two parts, in space, moderate, 11 recall points, percent.
 
     Args:
-        judged: On the judged scenes, with the interval over these.
-        other: On the scenes of the other part, with the interval over those.
+        judged: The precision on the judged scenes, with the interval over these.
+        other: The precision on the scenes of the other part, with the interval over those.
         difference: The first less the second, with an interval over the scenes of both.
         paired: Whether both parts have the same layouts, each of which is then drawn in both.
     """

@@ -42,7 +42,7 @@ _DISTANCES = ((0.0, 20.0), (20.0, 40.0), (40.0, 1e3))
 
 @dataclass(frozen=True)
 class JudgedObject:
-    """What was said of an object, and what is true.
+    """The classifier's answer for an object, and the truth.
 
     Args:
         frame: The id of its frame.
@@ -65,7 +65,7 @@ class JudgedObject:
 
 @dataclass(frozen=True)
 class JudgedType:
-    """What was said of a road, and what is true.
+    """The selector's answer for a road, and the truth.
 
     Args:
         scene: The place and time of the frame.
@@ -107,7 +107,7 @@ class MotionAccuracy:
 
 @dataclass(frozen=True)
 class WorldMotion:
-    """Of the procedural world."""
+    """Accuracy of motion in the procedural world."""
 
     scenes: int
     accuracy: MotionAccuracy = field(metadata=FLAT)
@@ -123,7 +123,7 @@ class WorldRoads:
 
 @dataclass(frozen=True)
 class RealMotion:
-    """Of real frames, with their objects."""
+    """Accuracy of motion in real frames, with their objects."""
 
     frames: list[str]
     accuracy: MotionAccuracy = field(metadata=FLAT)

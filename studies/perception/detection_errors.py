@@ -43,7 +43,7 @@ class Pairs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CarErrors:
-    """Of the N cars that count, in all frames together."""
+    """The errors of the N cars that count, in all frames together."""
 
     distance: Floats
     """True depth, metres, shape (N,)."""
@@ -135,7 +135,7 @@ def car_errors(
 
 
 def error_summary(errors: CarErrors) -> list[DistanceErrors]:
-    """Over all distances, then for each range of them."""
+    """The errors over all distances, then for each range of them."""
     rows = []
     for near, far in ((0.0, np.inf), *DISTANCES):
         chosen = (errors.distance >= near) & (errors.distance < far)
@@ -162,7 +162,7 @@ def footprints(boxes: Boxes3D) -> Floats:
 
 
 def share(cases: NDArray[np.bool_]) -> float | None:
-    """Of true ones; None without cases."""
+    """The share of the cases that are true; None without cases."""
     return round(float(cases.mean()), 4) if len(cases) else None
 
 

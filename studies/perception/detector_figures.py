@@ -64,7 +64,7 @@ def draw_examples(
     Args:
         data: Where the frames are.
         ids: The ids of F frames.
-        truth: Their labels.
+        truth: The labels of the frames.
         found: Detections of each, by the detector's name.
         points: The working point of each detector; without one, no box is shown.
         folder: The folder for the pictures.

@@ -1,4 +1,4 @@
-"""All that labels and detections say of a detector of cars, as JSON."""
+"""All that labels and detections show of a detector of cars, as JSON."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ Precision = Mapping[str, LevelPrecision]
 
 @dataclass(frozen=True)
 class DistancePrecision:
-    """Of cars at a range of distance, from above and in space; None where they are too few."""
+    """The precision of cars at a range of distance, from above and in space; None where too few."""
 
     near: float
     far: float | None
@@ -82,7 +82,7 @@ class DistancePrecision:
 
 @dataclass(frozen=True)
 class DetectorScores:
-    """All that labels and detections say of a detector of cars."""
+    """All that labels and detections show of a detector of cars."""
 
     detections: int
     average_precision: Mapping[str, Precision]
@@ -123,7 +123,7 @@ def detector_scores(
 def precision(
     truth: Sequence[Boxes3D], found: Sequence[Boxes3D], iou: MinIou, resamples: int, seed: int
 ) -> Precision:
-    """Of cars, in all ways; see `average_precision`."""
+    """The precision of cars, in all ways; see `average_precision`."""
     result = average_precision(
         truth, found, classes=(CATEGORY,), min_iou=iou, resamples=resamples, seed=seed
     )
@@ -138,8 +138,8 @@ def at_distance(truth: Boxes3D, found: Boxes3D, near: float, far: float) -> tupl
     it overlaps most from above, and only where it overlaps none to that of its own.
 
     Args:
-        truth: Labels.
-        found: Detections.
+        truth: The labels of the frame.
+        found: The detections in the frame.
         near: The least distance ahead, metres.
         far: The greatest distance ahead, metres, not included.
     """

@@ -55,10 +55,10 @@ class LabelledData:
 
 @dataclass(frozen=True)
 class FrameTime:
-    """From decoded sensor data to boxes."""
+    """The time from decoded sensor data to boxes."""
 
     median: float
-    """Seconds."""
+    """The median time, seconds."""
     frames: int
     threads: int
 
@@ -83,7 +83,7 @@ def labelled_frames(
     """The frames that are asked for, and their labels, DontCare regions included.
 
     Args:
-        options: See `add_options`.
+        options: The options of the command, see `add_options`.
         needed: Folders in which a frame has a file.
         make: Command that makes such frames.
 
@@ -122,7 +122,7 @@ def detected(
         weights: File of the detector's weights; None for a detector without.
         data: Where the frames are.
         ids: The ids of the frames.
-        out: Folder.
+        out: The folder of the results.
         workers: Processes that detect.
 
     Raises:
@@ -145,7 +145,7 @@ def described(data: KittiObject, truth: Sequence[Boxes3D]) -> LabelledData:
 
     Args:
         data: Where they are.
-        truth: Their labels, DontCare regions included.
+        truth: The labels of the frames, DontCare regions included.
     """
     manifest = read_manifest(data.root) or {}
     settings = manifest.get("settings", {})
@@ -167,7 +167,7 @@ def described(data: KittiObject, truth: Sequence[Boxes3D]) -> LabelledData:
 
 
 def seconds_a_frame(what: Mapping[str, Any], data: KittiObject, ids: Sequence[str]) -> FrameTime:
-    """From decoded sensor data to boxes, the median; the first frame is seen twice."""
+    """The median time from decoded sensor data to boxes; the first frame is seen twice."""
     import torch
 
     detector = make_detector(what)

@@ -186,7 +186,7 @@ def _head(scores: DetectorPrecision) -> list[str]:
 
 
 def _held_out(scores: DetectorPrecision) -> str:
-    """What the cards of the weights say of these frames."""
+    """What the cards of the weights state of these frames."""
     cards = [figures.weights for figures in scores.detectors.values() if figures.weights]
     learned = {
         (source.suite, source.seed)

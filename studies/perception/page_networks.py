@@ -78,7 +78,7 @@ def training(
     disparity: DisparityAccuracy | None,
     has_curves: bool,
 ) -> list[str]:
-    """What the cards of the weights say, and the curves.
+    """What the cards of the weights state, and the curves.
 
     Args:
         detectors: The results of `detector_precision`.
@@ -142,7 +142,7 @@ def _in_all(counts: Sequence[float | None]) -> str:
 
 
 def real(result: DetectorsInRealFrames) -> list[str]:
-    """Of `real_frames`."""
+    """The section of `real_frames`."""
     rows = []
     for name, figures in result.detectors.items():
         for id, frame in figures.frames.items():
@@ -184,7 +184,7 @@ def _real_counts(frames: FrameCounts) -> list[str]:
 
 
 def disparity(result: DisparityAccuracy) -> list[str]:
-    """Of `disparity_accuracy`."""
+    """The section of `disparity_accuracy`."""
     parts = {}
     if result.world:
         parts[f"{result.world.pairs} held-out pairs, dense truth"] = result.world
@@ -231,7 +231,7 @@ def disparity(result: DisparityAccuracy) -> list[str]:
 
 
 def seconds(result: DetectorTimes) -> list[str]:
-    """Of ``benchmarks/detectors.py``."""
+    """The section of ``benchmarks/detectors.py``."""
     return [
         "## Time",
         "",
@@ -257,7 +257,7 @@ def seconds(result: DetectorTimes) -> list[str]:
 
 
 def ranking(rows: Sequence[RankedDetector]) -> list[str]:
-    """Of ``examples/rank_detectors.py``."""
+    """The section of ``examples/rank_detectors.py``."""
     return [
         "## Who drives safely",
         "",
@@ -283,7 +283,7 @@ def ranking(rows: Sequence[RankedDetector]) -> list[str]:
 
 
 def parity(result: Mapping[str, Mapping[str, float]]) -> list[str]:
-    """Of ``benchmarks/parity.py``."""
+    """The section of ``benchmarks/parity.py``."""
     return [
         "## The full networks against the originals",
         "",

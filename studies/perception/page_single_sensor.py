@@ -14,7 +14,7 @@ _WHERE = {"2d": "in the image", "bev": "from above", "3d": "in space"}
 
 
 def single_sensor(result: SingleSensorPrecision) -> list[str]:
-    """Of `single_sensor_precision`."""
+    """The section of `single_sensor_precision`."""
     data, rows = result.data, []
     for name, figures in result.detectors.items():
         precision = figures.average_precision

@@ -59,7 +59,7 @@ class LabelledCar:
     """A labelled car, and the detection that means it in the image."""
 
     ahead: float | None
-    """Metres."""
+    """The distance ahead of the camera, metres."""
     to_find: bool
     """Cars to find at the moderate level."""
     score: float | None
@@ -76,9 +76,9 @@ class DescribedDetection:
 
     score: float | None
     right: float | None
-    """Metres."""
+    """The distance to the right of the camera, metres."""
     ahead: float | None
-    """Metres."""
+    """The distance ahead of the camera, metres."""
     means: str | None
     is_right: bool
 

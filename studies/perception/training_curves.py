@@ -88,7 +88,7 @@ class NetworkCurves:
         )
 
     def rows(self) -> list[dict[str, Any]]:
-        """As `read_curves` has them, with the rows of `joined`."""
+        """The rows of `read_curves`, with the rows of `joined`."""
         begins = [
             {"step": step, "begins": number} for number, step in enumerate(self.begins or (), 2)
         ]

@@ -66,7 +66,7 @@ class WeightsFacts:
 
 
 def weights_facts(path: Path | None) -> WeightsFacts | None:
-    """Of a file of weights; None where there is no file or no card.
+    """The facts of a file of weights; None where there is no file or no card.
 
     Raises:
         DataError: The card is none.

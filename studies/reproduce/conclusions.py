@@ -40,7 +40,7 @@ class Decided:
         kind: What data it is measured on.
         experiment: What measures it.
         where: Its parameters.
-        state: Of its sources, in a word: ``current``, ``stale`` or ``not made yet``.
+        state: The state of its sources, in a word: ``current``, ``stale`` or ``not made yet``.
     """
 
     decision: ClaimDecision

@@ -88,10 +88,10 @@ def measured(
         place: The row.
         kind: What data it is measured on.
         experiment: What measures it.
-        where: See `Measured`.
+        where: Parameters that the thesis leaves open, see `Measured`.
         value: The column of the value.
         interval: The column of the interval.
-        clusters: See `Measured`.
+        clusters: Where the number of clusters stands, see `Measured`.
     """
     return Measured(
         place.then(value), kind, experiment, where, place.then(interval), clusters=clusters
@@ -106,9 +106,9 @@ class ThesisRow:
         place: Where it stands: a table, a figure or a section.
         quantity: What it is.
         thesis: Its value.
-        measured: Ours; none where no experiment measures it.
+        measured: Our measurements; none where no experiment measures it.
         claim: How it is meant.
-        unit: Of the value.
+        unit: The unit of the value.
         said: The words of the thesis, where it gives no digits.
         widest: An interval that is wider decides nothing; None: see `conclusions.WIDEST`.
         slip: The value does not follow from others of the same table.

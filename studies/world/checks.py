@@ -42,7 +42,7 @@ class SceneChecks:
     """All checks of one scene."""
 
     gaps: list[float]
-    """Between the middles of actors and the ground, metres."""
+    """Gaps between the bottoms of actors and the ground at their middles, metres."""
     feet: list[list[float]]
     """The smallest and the largest gap of the points where each actor stands, metres."""
     overlaps: list[list[int]]
@@ -54,7 +54,7 @@ class SceneChecks:
     repeat: float | None
     """See `texture_repeat`."""
     horizon: float | None
-    """Pixels; see `horizon_error`."""
+    """The error of the horizon, pixels; see `horizon_error`."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def is_pierced(scene: RayScene, actors: Actors, index: int) -> bool:
 
 
 def contact_shadows(posed: PosedScene) -> list[float]:
-    """For each actor in the sun: at what share of its lowest points its shadow begins.
+    """The share of its lowest points at which its shadow begins, of each actor in the sun.
 
     A little beside the points where it stands, away from the sun, it must be dark: below a thing
     that floats it is not.

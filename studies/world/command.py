@@ -37,7 +37,7 @@ def command(
         arguments: Words of the command line; those of the process if None.
         run: The function from the options to the result, a dataclass.
         frames: How many by default.
-        add_arguments: Adds options of its own.
+        add_arguments: Function that adds options of its own.
 
     Returns:
         The exit code.
@@ -69,8 +69,8 @@ def measure_all(
         options: The options of `command`.
         measures: What to measure.
         images: Whether it needs images and scans.
-        scenes: Instead of the suite's.
-        frames: Instead of the options'.
+        scenes: The scenes in place of the suite's.
+        frames: The number of frames in place of the options'.
     """
     scenes = scenes or SuiteScenes(options.suite, options.seed)
     recipe = MeasuredFrames(scenes, frames or options.frames, measures, images)

@@ -29,7 +29,7 @@ from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_labels, posed_scene_of_layout
 
 SUITES = {"street": RoadType.STREET, "highway": RoadType.HIGHWAY, "mixed": None}
-"""Those whose frames are layouts, and their road type."""
+"""The suites whose frames are layouts, and their road type."""
 
 Measure = Callable[[PosedScene, Capture], object]
 """Takes a scene and what the sensors deliver of it; returns a row, a dataclass that its annotation
@@ -170,9 +170,9 @@ def measured(
 
     Args:
         recipe: What to measure.
-        workers: Processes; two if None.
-        rows: Keeps the rows, in a folder for each recipe; in the user's cache if None.
-        on_progress: Called with frames done and frames in all.
+        workers: The number of processes; two if None.
+        rows: The folder that keeps the rows, one for each recipe; in the user's cache if None.
+        on_progress: Function that gets frames done and frames in all.
 
     Raises:
         DataError: The folder cannot be written, or holds other measurements.

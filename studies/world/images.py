@@ -40,7 +40,7 @@ QUANTITIES = {
     "red_to_green": "red / green",
     "colourfulness": "mean distance from grey",
 }
-"""What is measured; grey values of 0 to 255 where nothing else is said."""
+"""What is measured; grey values of 0 to 255 where nothing else stands."""
 
 _SCALES = {"half": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
 _BLOCK = 12
@@ -128,12 +128,12 @@ def _blocks(values: np.ndarray) -> np.ndarray:
 
 
 def measure(posed: PosedScene, capture: Capture) -> ImageNumbers:
-    """Of a rendered frame's left colour image."""
+    """The measures of a rendered frame's left colour image."""
     return _known(statistics(capture.images[2]))
 
 
 def real_images(kitti: Path) -> dict[str, ImageNumbers]:
-    """Of real left colour images, by frame.
+    """Real left colour images, by frame.
 
     Raises:
         DataError: A file is broken.

@@ -44,7 +44,7 @@ def light_steps(layout: SceneLayout, posed: PosedScene, width: int) -> Image:
     Args:
         layout: The layout.
         posed: The scene that belongs to it.
-        width: Of the picture, pixels.
+        width: Width of the picture, pixels.
     """
     renderer = renderer_of(posed)
     camera = pinhole(posed.rig, posed.rig.stereo_pair[0], posed.vehicle_to_world[0])

@@ -56,7 +56,7 @@ class Agreement:
     agreement: float
     """The share of objects with the same level."""
     kappa: float
-    """Cohen's."""
+    """Cohen's kappa."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class OcclusionThresholds:
     in_use: Agreement
     in_use_without_scenery: Agreement
     shares_by_level: list[list[float]]
-    """For each annotated level, the 10, 25, 50, 75 and 90 % quantiles of seen shares."""
+    """The 10, 25, 50, 75 and 90 % quantiles of seen shares for each annotated level."""
 
 
 def measure(posed: PosedScene, capture: Capture) -> SeenShares:
@@ -113,8 +113,8 @@ def choose_thresholds(share: Floats, judged: NDArray[np.int64]) -> tuple[float, 
     """The shares that reproduce the annotators' levels best: those with the highest kappa.
 
     Args:
-        share: Seen shares, shape (N,).
-        judged: Annotated levels 0, 1, 2, shape (N,).
+        share: The seen shares, shape (N,).
+        judged: The annotated levels 0, 1, 2, shape (N,).
     """
     steps = np.round(np.arange(0.02, 0.99, 0.01), 2)
     pairs = [(first, second) for first in steps for second in steps if second < first]
@@ -143,7 +143,7 @@ def calibrate(options: argparse.Namespace, frames: int | None = None) -> Occlusi
 
     Args:
         options: The options of `command.command`.
-        frames: How many are drawn; as the options say if None.
+        frames: How many are drawn; as many as the options ask for if None.
 
     Raises:
         ConfigurationError: There are no real frames.

@@ -9,7 +9,7 @@ from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats
 
 STEP = np.radians(0.18)
-"""Between most neighbours in KITTI's rings."""
+"""The step between most neighbours in KITTI's rings."""
 _STEP_TOLERANCE = np.radians(0.08)
 _NEAR = 25.0
 """Metres ahead of and behind the LiDAR within which the road's cells lie..."""

@@ -96,8 +96,8 @@ def connected_picture(posed: PosedScene, scans: Sequence[Scan], width: int, heig
     Args:
         posed: The scene.
         scans: The scan of each sensor vehicle.
-        width: Of the picture, pixels.
-        height: The same.
+        width: Width of the picture, pixels.
+        height: Height of the picture, pixels.
     """
     instant, own = posed.instant, np.linalg.inv(posed.vehicle_to_world[0])
     places = transform_points(own, posed.vehicle_to_world[:, :3, 3])[:, :2]

@@ -42,9 +42,9 @@ class MatcherErrors:
     filled: float
     """The share of all pixels that have one."""
     mean_error: float | None
-    """Pixels."""
+    """The mean error, pixels."""
     median_error: float | None
-    """Pixels."""
+    """The median error, pixels."""
     pixels: int
     """How many true ones there are."""
 
@@ -84,7 +84,7 @@ def compare(found: Disparity, truth: Disparity) -> MatcherErrors:
 
     Args:
         found: Shape (H, W), pixels, NaN where unknown.
-        truth: The same.
+        truth: The true disparity, pixels.
     """
     known = np.isfinite(truth)
     known[:, :FIRST_COLUMN] = False

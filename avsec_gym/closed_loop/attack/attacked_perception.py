@@ -15,7 +15,7 @@ class AttackedPerception:
     """A `DrivePerception` between whose world and whose beliefs an attack stands.
 
     Args:
-        make: Makes the perception without the attack, when it is first needed.
+        make: Function that makes the perception without the attack, when it is first needed.
         attack: The attack.
     """
 
@@ -36,7 +36,7 @@ class AttackedPerception:
 
     @property
     def frame_by_frame(self) -> bool:
-        """As of the perception without the attack: attacks learn of every frame by `act`."""
+        """The attribute of the perception without the attack; attacks see all frames by `act`."""
         return bool(getattr(self.unattacked, "frame_by_frame", False))
 
     def begin(self, seed: int) -> None:

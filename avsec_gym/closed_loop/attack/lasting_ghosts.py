@@ -86,7 +86,7 @@ class LastingGhosts(DriveAttack):
         return (len(self._up) + len(self._chosen)) / (self.ghosts + self.hides)
 
     def state(self, around: Surroundings) -> Floats:
-        """Of each ghost: up, ahead and left / 50 m, cos and sin of the heading, in the car's frame.
+        """Each ghost in the car's frame: up, ahead and left / 50 m, cos and sin of the heading.
 
         Of each hide: up, ahead and left / 50 m of the hidden object; zeros where nothing is up.
         """

@@ -33,8 +33,8 @@ class _Poster:
     """Where the poster is now.
 
     Args:
-        centre: In the camera frame, metres, shape (3,).
-        diameter: Metres.
+        centre: Its centre in the camera frame, metres, shape (3,).
+        diameter: Its diameter, metres.
         ahead: Metres ahead of the car.
         left: Metres to its left.
     """
@@ -64,7 +64,7 @@ class LastingPatch(DriveAttack):
             package's own against both stereo detectors.
         ahead: Metres ahead of the car, the first and the last, from 5 to 100.
         left: Metres to its left, the first and the last, within 20.
-        diameters: Metres, the smallest and the largest, from 0.05 to 10.
+        diameters: The smallest and the largest diameter, metres, from 0.05 to 10.
         height: Metres of its centre above the road where it stands by itself, from 0 to 10.
 
     Raises:

@@ -32,8 +32,8 @@ class SpoofedScan(DriveAttack):
     Args:
         ahead: Metres ahead of the car, the first and the last, from 1 to 100.
         left: Metres to its left, the first and the last, within 20.
-        widths: Metres, the smallest and the largest, from 0.01 to 50.
-        heights: Metres, the smallest and the largest, from 0.01 to 10.
+        widths: The smallest and the largest width, metres, from 0.01 to 50.
+        heights: The smallest and the largest height, metres, from 0.01 to 10.
 
     Raises:
         ConfigurationError: A number is out of range.

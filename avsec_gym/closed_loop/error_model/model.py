@@ -116,7 +116,7 @@ class ErrorModel:
         return np.asarray(expit(terms(boxes, views) @ np.array(self.found)))
 
     def to_json(self) -> dict[str, Any]:
-        """For a file."""
+        """The model for a file."""
         return {"format": FORMAT, "kind": "error model", **asdict(self)}
 
 

@@ -64,7 +64,7 @@ def error_model_file(model: str | Path) -> Path:
     """The file of an error model.
 
     Args:
-        model: As for `named_error_model`.
+        model: The file or the name, as for `named_error_model`.
 
     Raises:
         ConfigurationError: It is the name of a shipped one, mistyped.

@@ -44,7 +44,7 @@ def stored_frames(
             belong to drives; all others are drives of their own.
         detections: The detector's result folder.
         split: The frames of ``ImageSets/SPLIT.txt``; all labelled ones if None.
-        limit: Only the first frames.
+        limit: The number of frames that are taken, the first ones; None: all.
         score_threshold: The least score of a detection that is planned on.
 
     Raises:

@@ -75,7 +75,7 @@ def advance(
         cars: The car's state at every instant, shape (F, 5); what follows `frame` is written.
         frame: The present instant.
         count: Instants that the action is held for.
-        acceleration: m/s2.
+        acceleration: The car's acceleration, m/s2.
         steering: Angle that the wheels turn to, rad, positive to the left.
         dt: Seconds between two instants.
         aim: Goal and start.
@@ -83,6 +83,7 @@ def advance(
         traffic: The traffic.
     """
     rate = steering_rate(cars[frame], steering)
+    # Invariant: rows up to `frame` are written, and none of the instants so far ends the drive.
     ending, path, crashed = DRIVING, 0.0, False
     for _ in range(count):
         # Where the car comes to.
@@ -104,6 +105,7 @@ def advance(
             ending = GOAL
         if ending != DRIVING:
             break
+    # How far it is along the lane that it began in.
     begin, end = road.lines[aim.start_lane, 0], road.lines[aim.start_lane, 1]
     along, _ = coordinates(road.points, begin, end, cars[frame, X], cars[frame, Y])
     return Reached(frame, ending, path, along - aim.start, crashed)

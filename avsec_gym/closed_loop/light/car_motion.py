@@ -31,10 +31,10 @@ def drive_on(
 
     Args:
         state: The car's state, shape (5,).
-        acceleration: m/s2.
+        acceleration: The car's acceleration, m/s2.
         wanted: The angle that the wheels turn to, rad.
         rate: How fast they turn, rad/s.
-        dt: Seconds.
+        dt: Length of the step, seconds.
         after: Memory for the state that is reached, shape (5,).
     """
     acceleration, wanted = _within(acceleration, MOST_ACCELERATION), _within(wanted, _MOST_ANGLE)
@@ -56,6 +56,7 @@ def drive_on(
     heading_2, heading_3 = heading + h / 2 * turn_1, heading + h / 2 * turn_2
     heading_4 = heading + h * turn_2
     # One after the other, as `Car` adds them: sums in another order would be rounded otherwise.
+    # Invariant: x and y hold the start and the parts so far.
     for part, weight, angle in (
         (v, 1 / 6, heading),
         (middle, 1 / 3, heading_2),

@@ -134,7 +134,7 @@ class LightDrive:
         """Drive on for a tenth of a second, or until the drive ends.
 
         Args:
-            acceleration: m/s2.
+            acceleration: The car's acceleration, m/s2.
             steering: Angle that the wheels turn to, rad, positive to the left.
         """
         place, before = self.place, self.reached

@@ -117,6 +117,7 @@ def _views(
     right, left = np.zeros(count), np.zeros(count)
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     # The angles between the outermost corners, around the direction of the centre.
+    # Invariant: right[i] <= 0 <= left[i], and both bound the corners of object i before k.
     for i in range(count):
         dx, dy = poses[i, 0] - pose[0], poses[i, 1] - pose[1]
         x, y, heading = cos * dx + sin * dy, cos * dy - sin * dx, poses[i, 2] - pose[2]
@@ -129,6 +130,7 @@ def _views(
             apart = wrapped(np.arctan2(corner_y, corner_x) - bearing[i])
             right[i], left[i] = min(right[i], apart), max(left[i], apart)
     # Rays across each object: outside the image, or meeting something nearer.
+    # Invariant: `hidden` counts each ray of object i once, however many objects it meets.
     rays = np.empty(RAYS)
     for i in range(count):
         outside, hidden = 0, 0
@@ -149,6 +151,7 @@ def _views(
                     if right[j] <= turned <= left[j]:
                         hidden += 1
                         break
+        # The model's log odds.
         away = min(distance[i], FARTHEST) / UNIT
         odds = weights[0] + weights[1] * away + weights[2] * away**2
         odds += weights[3] * hidden / RAYS + weights[4] * outside / RAYS
@@ -164,7 +167,8 @@ def _remember(
     """Bring the normal numbers of those who are there to this instant.
 
     Args:
-        latent: Those of all actors, NaN before they were there, shape (N, `LATENT`); changed.
+        latent: The normal numbers of all actors, NaN before they were there, shape (N, `LATENT`);
+            changed.
         present: Who is there, shape (N,).
         fresh: New ones for those, in their order, shape (P, `LATENT`).
         keeps: How much of who is found, and of all else, is remembered.
@@ -226,7 +230,7 @@ def _displace(
     """Change world pose and size of a detection by its errors.
 
     Args:
-        pose: x, y, heading.
+        pose: x, y and heading of the detection; changed.
         extent: Length and width.
         errors: The model.
         own: The object's normal numbers, shape (`LATENT`,).

@@ -38,7 +38,7 @@ class RoadTable(NamedTuple):
     own: NDArray[np.int64]
     """The same of each lanelet's own centre line."""
     widths: Floats
-    """Metres, shape (L,)."""
+    """Their widths, metres, shape (L,)."""
     edges: Floats
     """Edges of the drivable area, from x, y to x, y, shape (E, 4)."""
 

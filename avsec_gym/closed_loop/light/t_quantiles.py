@@ -46,7 +46,7 @@ def t_quantile(table: Floats, which: int, normal: float) -> float:
     """The number of a t distribution with as much below it as a standard normal one.
 
     Args:
-        table: That of `quantile_table`.
+        table: The table that `quantile_table` makes.
         which: Row of the distribution.
         normal: The normal number.
     """

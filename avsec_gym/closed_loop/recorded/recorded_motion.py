@@ -16,7 +16,7 @@ def motion_from_oxts(oxts: Oxts, calibration: Calibration) -> Floats:
 
     Args:
         oxts: Measurements of all frames.
-        calibration: Holds where the unit is mounted.
+        calibration: The calibration, with the place where the unit is mounted.
 
     Returns:
         x, y (m), heading (rad, without jumps) at every frame, shape (T, 3); the first is zero.

@@ -46,7 +46,7 @@ def traffic_of_frames(
         id: Name of the sequence or drive.
         count: Number of frames.
         frames: Boxes in the camera frame, and whose they are, by frame.
-        motion: See `RecordedTraffic`.
+        motion: The car's own motion, see `RecordedTraffic`.
     """
     rows: dict[int, list[tuple[int, int]]] = {}
     for frame, tracked in frames.items():

@@ -42,7 +42,7 @@ class ShownBox:
     poses: Floats
 
     def to_json(self) -> dict[str, Any]:
-        """For the page."""
+        """The box for the page."""
         return {
             "size": _rounded(self.size),
             "bottom": round(self.bottom, 2),
@@ -71,7 +71,7 @@ class ShownEpisode:
     planned: Floats
 
     def to_json(self) -> dict[str, Any]:
-        """For the page."""
+        """The vehicle for the page."""
         return {
             "title": self.title,
             "outcome": self.outcome,
@@ -105,7 +105,7 @@ class TurnableScene:
     episodes: tuple[ShownEpisode, ...]
 
     def to_json(self) -> dict[str, Any]:
-        """For the page; points as 16-bit whole centimetres, little-endian, in base 64."""
+        """The scene for the page; points as 16-bit whole centimetres, little-endian, in base 64."""
         whole = np.rint(self.points * _CENTIMETRES).astype("<i2")
         return {
             "dt": self.dt,

@@ -32,13 +32,13 @@ _STREAM = {FITTED: 1, JUDGED: 2, SMALLER: 3, OTHER: 4}
 def attack_of(
     sensor: Sensor, reference: int, kind: str, random: np.random.Generator
 ) -> OpticalAttack:
-    """On one sensor; what it leaves open is drawn when it attacks.
+    """The attack on one sensor; what it leaves open is drawn when it attacks.
 
     Args:
         sensor: A camera's number or `LIDAR`.
         reference: The camera in whose view bogus returns are.
         kind: `JUDGED`, the thesis'; `FITTED`; or one of `BEYOND`.
-        random: Draws which of the attacks to fit on.
+        random: The generator that draws which of the attacks to fit on.
     """
     if kind == FITTED:
         return attack_to_fit_on(sensor, random, reference)

@@ -149,7 +149,7 @@ def recordings_of(
 
 
 def seed_of(configuration: Configuration, part: str) -> int:
-    """Of the procedural drives of a part of a run, and of the attacks on them."""
+    """The seed of the procedural drives of a part of a run, and of the attacks on them."""
     own: int = {**OPTIONS, **configuration.options}["fit_seed"]
     return own if part == FITTED and own >= 0 else configuration.seed
 
@@ -215,7 +215,7 @@ def fitted_to(configuration: Configuration, system: SensorSystem = SYSTEM) -> Fi
 
 
 def check_parts(configuration: Configuration, system: SensorSystem = SYSTEM) -> None:
-    """That both parts are of one rig, and have no frame in common; nothing is rendered for it.
+    """Check that both parts are of one rig and have no frame in common; nothing is rendered for it.
 
     Raises:
         ConfigurationError: They are not.

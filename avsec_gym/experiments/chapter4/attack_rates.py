@@ -27,7 +27,7 @@ class AttackRates:
         of_decidable: The same of the decidable ones.
         victim: The attacks of which the method, at the fit's own threshold, names the victim.
         another: The attacks of which it names another vehicle.
-        cannot_tell: The attacks whose vehicle it declares that it cannot tell.
+        cannot_tell: The attacks whose vehicle it cannot name, though it alarms.
     """
 
     condition: str

@@ -60,8 +60,8 @@ class ComparedInstant:
 
     Args:
         regions: What the base station made of the proposals, R of them.
-        decidable: Whether a vehicle has enough rays at what another claims to tell, whatever they
-            tell, shape (R,).
+        decidable: Whether a vehicle has enough rays at what another claims to decide, whatever
+            they show, shape (R,).
         distances: Distances of the surfaces of all pairs of vehicles, metres, shape (R, V, V), NaN
             where nothing was compared (equation 4.1).
         results: The results by method.
@@ -86,7 +86,7 @@ def compared_instant(
     Args:
         scans: The scan of each vehicle, by number.
         constants: What evidence is worth.
-        proposer: Proposes regions of a scan, all around.
+        proposer: The function that proposes regions of a scan, all around.
         learned: The model of the learned comparison.
     """
     budget = MessageBudget()

@@ -53,7 +53,7 @@ class ConditionStates:
         return [state for state in self.attacked[kind] if state.attacked]
 
     def decidable_attacks(self, kind: AttackKind) -> list[MeasuredState]:
-        """Those of them with a decidable region about what was attacked."""
+        """The attacks with a decidable region about what was attacked."""
         return [state for state in self.attempts(kind) if state.is_decidable]
 
 

@@ -57,7 +57,7 @@ class MeasuredState:
         return float(self.scores[method][self.decidable].max(initial=-np.inf))
 
     def naming(self, method: Method) -> Naming:
-        """What is said of the attack: of the decidable region with the highest score."""
+        """The naming in the decidable region with the highest score."""
         if not self.is_decidable:
             return Naming.NO_ALARM
         best = np.where(self.decidable, self.scores[method], -np.inf).argmax()

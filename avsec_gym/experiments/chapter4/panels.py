@@ -43,8 +43,8 @@ def steps_panel(
     """Distributions as steps, percent.
 
     Args:
-        title: Above the drawing.
-        below: Below its x axis.
+        title: The text above the drawing.
+        below: The text below its x axis.
         right: Where the last bin ends; the first one begins at 0.
         shown: The share in each of equal bins, by class names.
         bound: Where a dashed line stands.
@@ -75,8 +75,8 @@ def lines_panel(
     """Rates in percent over something, as lines.
 
     Args:
-        title: Above the drawing.
-        below: Below its x axis.
+        title: The text above the drawing.
+        below: The text below its x axis.
         right: Where the x axis ends.
         lines: Points by class names; those beyond the axis are left out.
         marks: Marks above them.

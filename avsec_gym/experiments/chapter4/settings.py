@@ -47,7 +47,7 @@ class ConnectedCondition:
 
     @property
     def name(self) -> str:
-        """In results, such as ``0.2 m, 0.2 deg, 100 ms, 3 vehicles``."""
+        """The condition's name in results, such as ``0.2 m, 0.2 deg, 100 ms, 3 vehicles``."""
         apart = f"{1000 * self.clocks_apart:g} ms"
         return f"{self.noise:g} m, {self.noise:g} deg, {apart}, {self.vehicles} vehicles"
 

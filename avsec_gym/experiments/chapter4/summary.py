@@ -31,7 +31,7 @@ class ConnectedSummary:
         roc: ROC curves.
         attacks: What becomes of all attacks.
         false_alarms: False alarms for each region and frame.
-        sent: Bytes.
+        sent: The bytes that vehicles send.
         times: Computing time of each step.
     """
 

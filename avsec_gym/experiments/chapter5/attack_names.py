@@ -19,7 +19,7 @@ _PATCHES = {"patch": "patch", "joint": "joint patch", "grey": "grey disc"}
 
 
 def detector_name(detector: str) -> str:
-    """As in the thesis.
+    """The detector's name as in the thesis.
 
     Example:
         >>> detector_name("stereo_rcnn")
@@ -29,10 +29,11 @@ def detector_name(detector: str) -> str:
 
 
 def attack_name(attack: str, strength: float = 0.0, whole_levels: bool = False) -> str:
-    """In words.
+    """The attack's name in words.
 
     Args:
-        attack: See `avsec_gym.experiments.chapter5.settings`, or one of `STRONGER`.
+        attack: The key of the attack, see `avsec_gym.experiments.chapter5.settings`, or one of
+            `STRONGER`.
         strength: Steps, n; 0: whatever strength.
         whole_levels: Whether pixels were rounded.
 

@@ -87,7 +87,7 @@ class AttackedEpisodes:
 
         Args:
             detector: The detector's name.
-            attack: See `avsec_gym.experiments.chapter5.settings`.
+            attack: The attack, see `avsec_gym.experiments.chapter5.settings`.
             scenario: The scene's id.
 
         Raises:

@@ -107,7 +107,7 @@ def contested_episodes(
     Args:
         outcomes: The outcomes of a run.
         scenes: The run's scenes, in any order, further ones among them.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
     """
     by_id = {scene.id: scene for scene in scenes}
     found = set()
@@ -145,7 +145,7 @@ def contested_figures(
     Args:
         outcomes: The outcomes of a run.
         scenes: The run's scenes.
-        on_progress: As of `contested_episodes`.
+        on_progress: Function of the progress, as of `contested_episodes`.
 
     Returns:
         None where no scenario of the run is contested.

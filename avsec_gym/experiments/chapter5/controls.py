@@ -189,6 +189,7 @@ def _control_row(outcomes: Outcomes, condition: Condition, values: _Values) -> C
         seen += [(each, ghosts[each]) for each in outcomes.scenarios if each in ghosts]
     if not pairs and not seen:
         return None
+    # 3. Whether the loss moved the way that it should, and the change kept to its budget.
     losses = np.array([pair[1:] for pair in pairs], float).reshape(-1, 2)
     moved = losses[:, 1] < losses[:, 0] if towards_ghosts else losses[:, 1] > losses[:, 0]
     budget = _budget(condition)

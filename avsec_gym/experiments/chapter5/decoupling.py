@@ -55,7 +55,7 @@ class UnattackedRow:
 
 @dataclass(frozen=True)
 class RankCorrelation:
-    """Spearman's, of the loss of precision and that of safety.
+    """Spearman's correlation of the loss of precision with that of safety.
 
     Args:
         attacks: Number of attacks.
@@ -121,7 +121,7 @@ def decoupling(outcomes: Outcomes) -> Decoupling:
 
 
 def rank_correlation(attacks: Sequence[Losses]) -> RankCorrelation:
-    """Spearman's, of the loss of precision and that of safety, with its bootstrap interval.
+    """Spearman's correlation of the losses of precision and safety, with its bootstrap interval.
 
     Each sample draws scenarios, and takes both losses of every attack from the same draw; the
     interval is widened to hold the figure itself.

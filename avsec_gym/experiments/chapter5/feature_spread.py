@@ -94,7 +94,7 @@ class FeatureSpread:
 
     Args:
         image: The left image with the patch in the central square, (crop, crop, 3), in [0, 1].
-        patch_radius: Pixels.
+        patch_radius: Radius of the patch, pixels.
         layers: The layers from shallow to deep.
     """
 
@@ -238,7 +238,7 @@ class _MapGrid:
         return float(np.sqrt(area))
 
     def radius(self, mask: Tensor) -> float:
-        """Of a disc with the area of a map's marked cells, camera pixels."""
+        """The radius of a disc with the area of a map's marked cells, camera pixels."""
         return float(self.cell * np.sqrt(float(mask.sum()) / np.pi))
 
     def central(self, values: Tensor) -> Floats:

@@ -120,7 +120,7 @@ def chapter_figures(
     Args:
         run: The run.
         outcomes: The run's outcomes.
-        on_progress: Called with the number of slow parts that are done, and of all.
+        on_progress: Function that gets the number of slow parts that are done, and of all.
 
     Raises:
         DataError: Data of the run's scenes are not where they were.

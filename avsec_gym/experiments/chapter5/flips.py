@@ -44,7 +44,7 @@ def flips(outcomes: Outcomes) -> list[Flip]:
 
 
 def why(record: SafetyRecord) -> str:
-    """In words: something real is hit, or what is believed leaves no way."""
+    """The reason in words: something real is hit, or what is believed leaves no way."""
     if record.collision:
         return f"hits a real object after {record.collision_time:.1f} s"
     if record.reason == Reason.START_OCCUPIED:

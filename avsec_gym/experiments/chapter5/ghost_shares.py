@@ -54,7 +54,7 @@ def ghost_rows(
         outcomes: The outcomes of a run.
         scenes: The run's scenes, whose images show road and side area.
         threshold: The least score of a detection that is planned on; others do not count.
-        on_progress: Called with the number of scenarios that are done, and of all.
+        on_progress: Function that gets the number of scenarios that are done, and of all.
 
     Raises:
         DataError: A calibration, or a map, is missing or broken.

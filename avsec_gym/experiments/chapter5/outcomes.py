@@ -46,7 +46,7 @@ class Condition:
 
     Args:
         detector: The detector's name.
-        attack: See `avsec_gym.experiments.chapter5.settings`.
+        attack: The attack, see `avsec_gym.experiments.chapter5.settings`.
         strength: Steps of a perturbation, n.
         whole_levels: Whether attacked pixels were rounded.
     """
@@ -62,7 +62,7 @@ class Condition:
 
     @classmethod
     def of_columns(cls, key: str, columns: Mapping[str, Any]) -> Condition:
-        """Of those columns again."""
+        """The condition that these columns describe."""
         return row_of(cls, columns)
 
     @property
@@ -111,7 +111,7 @@ class Outcomes:
 
     @property
     def strongest(self) -> tuple[Condition, ...]:
-        """Of perturbations the last steps only, and nothing in whole grey levels."""
+        """The conditions without earlier steps of perturbations and without whole grey levels."""
         stepwise = (*PERTURBATIONS, TEXTURE_ATTACKED)
         return tuple(
             condition
@@ -131,7 +131,7 @@ class Outcomes:
 
     @cached_property
     def scenarios(self) -> tuple[str, ...]:
-        """Those that no condition lacks, sorted; without conditions, those of the ground truth."""
+        """The scenarios that no condition lacks, sorted; those of the truth without conditions."""
         there = set(self.labels)
         for condition in self.conditions:
             there &= self._done[condition]
@@ -173,7 +173,7 @@ class Outcomes:
         return self._detections[key]
 
     def looks(self, condition: Condition) -> tuple[Intention | None, ...]:
-        """Under what its detections are filed: the intentions where they matter, else None."""
+        """The key of its detections: the intentions where they matter, else None."""
         name = specific(condition.attack, Intention.STRAIGHT)
         apart = (setting(condition.detector, name), condition.strength) in self._settings
         return tuple(Intention) if apart else (None,)

@@ -73,7 +73,7 @@ def spread_inputs(configuration: Configuration) -> dict[str, Path]:
 
 
 def spread_detectors(configuration: Configuration) -> tuple[str, ...]:
-    """Those of the chapter, and DSGN without its pyramid where weights are given."""
+    """The detectors of the chapter, and DSGN without its pyramid where weights are given."""
     given = configuration.options.get(WITHOUT_PYRAMID)
     return (*DETECTORS, WITHOUT_PYRAMID) if given else DETECTORS
 

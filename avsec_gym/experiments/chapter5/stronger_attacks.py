@@ -49,7 +49,7 @@ class StrongerAttack:
 
         Args:
             steps: The steps, n.
-            options: See `STRONGER_OPTIONS`.
+            options: Options of the attack, see `STRONGER_OPTIONS`.
 
         Raises:
             ConfigurationError: The number of copies or the noise cannot be.
@@ -142,7 +142,7 @@ def stronger_iterates(
         name: The attack's name.
         frame: The clean frame.
         victim: The attacked car.
-        options: See `STRONGER_OPTIONS`.
+        options: Options of the attack, see `STRONGER_OPTIONS`.
         seed: Seed of the noise.
 
     Raises:

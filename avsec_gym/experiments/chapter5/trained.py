@@ -23,7 +23,7 @@ def trained_detector(name: str, options: Options) -> Detector:
 
     Args:
         name: One of `DETECTORS`, or `WITHOUT_PYRAMID`; it is the detector's `name`, too.
-        options: See `avsec_gym.experiments.chapter5.scenes.OPTIONS`.
+        options: Options with the weights, see `avsec_gym.experiments.chapter5.scenes.OPTIONS`.
 
     Raises:
         ConfigurationError: No weights are named, and the package has none by nature.

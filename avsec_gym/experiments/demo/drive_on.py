@@ -70,8 +70,8 @@ def drive_on(
     Args:
         out: Folder of the drives.
         seed: The demo's seed.
-        jobs: Processes, of which each makes whole drives.
-        on_progress: Called with the number of drives that are done and that of all.
+        jobs: The number of processes, of which each makes whole drives.
+        on_progress: Function that gets the number of drives that are done and that of all.
 
     Raises:
         DataError: The folder holds other drives, or damaged ones.
@@ -188,7 +188,7 @@ def in_words(rows: list[DriveRow]) -> str:
     """How the three drives ended, in a sentence each.
 
     Args:
-        rows: Those of `driven_rows`.
+        rows: The rows that `driven_rows` makes.
     """
     how = {
         row["setting"]: f"{_ENDS.get(row['outcome'], outcome_in_words(row))}"

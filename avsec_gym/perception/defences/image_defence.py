@@ -19,7 +19,7 @@ class ImageDefence(Protocol):
 
         Args:
             image: Red, green, blue, uint8, shape (H, W, 3).
-            random: For defences that draw something.
+            random: The generator for defences that draw something.
 
         Returns:
             The same shape and type.

@@ -1,7 +1,7 @@
 """Which way of enlarging a PSMNet checkpoint was trained with: known, or measured on a pair.
 
 Releases of torch before 0.4 kept the corners' centres where they were, later ones keep the edges by
-default.  A checkpoint does not say which one it learned, and fits both.
+default.  A checkpoint does not state which one it learned, and fits both.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class MeasuredPair:
 
     @classmethod
     def read(cls, left: Path, right: Path, disparity: Path) -> MeasuredPair:
-        """From image files and a disparity PNG as KITTI's ``disp_occ_0`` holds them.
+        """Read image files and a disparity PNG as KITTI's ``disp_occ_0`` holds them.
 
         Raises:
             DataError: A file is missing or broken, the three differ in size or are too small, or

@@ -59,7 +59,7 @@ class DepthEstimator(Protocol):
 
     @property
     def name(self) -> str:
-        """As tables show it."""
+        """The name that tables show."""
         ...
 
     def disparity(self, frame: SensorFrame) -> DisparityMap:

@@ -40,7 +40,7 @@ def filled_holes(disparity: Disparity) -> Disparity:
     it has; rows without any get those of the nearest row above, the first ones of that below.
 
     Args:
-        disparity: Pixels, NaN where unknown, shape (H, W).
+        disparity: The map, pixels, NaN where unknown, shape (H, W).
 
     Source:
         Menze and Geiger 2015, development kit of the stereo benchmark: the background
@@ -59,7 +59,8 @@ def _filled(disparity: Disparity) -> Disparity:
     height, width = disparity.shape
     result = disparity.copy()
     for v in range(height):
-        # `last` is the column of the last known pixel to the left; -1 before the first.
+        # Invariant: `last` is the column of the last known pixel before u, -1 before the first; up
+        # to it all are filled.
         last = -1
         for u in range(width):
             if np.isnan(disparity[v, u]):
@@ -73,6 +74,7 @@ def _filled(disparity: Disparity) -> Disparity:
             for column in range(last + 1, width):
                 result[v, column] = disparity[v, last]
     # A row is known throughout by now, or not at all.
+    # Invariant: the rows from `first` to v - 1 are known; -1: none is.
     first = -1
     for v in range(height):
         if width and not np.isnan(result[v, 0]):

@@ -49,8 +49,8 @@ class PsmNetConfiguration:
     groups: int = 0
     """Groups of normalised channels in the volume, see `normalisation`."""
     disparity_step: int = 1
-    """Between the disparities whose expectation is taken: 1, costs are interpolated between the
-    planes of the volume; 4, those planes."""
+    """The step between the disparities whose expectation is taken: 1, costs are interpolated
+    between the planes of the volume; 4, those planes."""
     aligned_corners: bool = False
     """How costs are enlarged to the image: whether the centres of the outermost cells stay where
     they are, as in the release of torch that the published weights were trained with.  Weights

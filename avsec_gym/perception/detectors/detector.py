@@ -39,7 +39,7 @@ class DifferentiableDetector(Detector, Protocol):
     """A detector whose training loss reaches the pixels."""
 
     def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
-        """As `detect`, for pairs that are tensors already; without gradient."""
+        """Detect, as `detect` does, in pairs that are tensors already; without gradient."""
         ...
 
     def losses(

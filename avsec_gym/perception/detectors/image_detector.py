@@ -40,7 +40,7 @@ class DifferentiableImageDetector(ImageDetector, Protocol):
     """A detector whose training loss reaches the pixels."""
 
     def detect_batch(self, images: Tensor) -> list[Boxes3D]:
-        """As `detect_image`, for images (B, 3, H, W) in grey levels 0..255; without gradient."""
+        """Detect in images (B, 3, H, W), grey levels 0..255, as `detect_image`; no gradient."""
         ...
 
     def losses(self, images: Tensor, truth: Sequence[Boxes3D]) -> dict[str, Tensor]:

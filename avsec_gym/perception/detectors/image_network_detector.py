@@ -28,7 +28,7 @@ class ImageConfiguration(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the preset."""
+        """The name of the preset."""
         ...
 
     @property
@@ -61,7 +61,7 @@ class ImageNetworkDetector(NetworkDetector[Configuration, Network], ABC):
     Args:
         configuration: Configuration of the network.
         network: Makes the network of a configuration: its class.
-        weights: See `give_weights`.
+        weights: The weights, see `give_weights`.
     """
 
     def __init__(

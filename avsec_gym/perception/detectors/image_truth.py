@@ -43,7 +43,7 @@ def image_truth(
         labels: The labels, with 2D boxes in pixels of the image.
         categories: What is detected.
         scale: The network's input is so many times as high and as wide as the image.
-        like: Gives type and device.
+        like: The tensor whose type and device the result gets.
     """
     if labels.box2d is None:  # Nothing is there, then.
         labels = labels[:0]

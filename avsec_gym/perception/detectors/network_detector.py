@@ -24,7 +24,7 @@ class NetworkDetector(Generic[Configuration, Network]):
     Args:
         configuration: Configuration of the network.
         network: Makes the network of a configuration: its class.
-        weights: See `give_weights`.
+        weights: The weights, see `give_weights`.
         preset: Name of the preset, whose weights ``shipped`` stands for.
 
     Raises:

@@ -1,6 +1,6 @@
 """Scores as probabilities: 0.3 means that three in ten such boxes are real.
 
-Networks that were trained briefly say little more than 0.3 of anything, others 0.9; a threshold on
+Networks that were trained briefly give scores of little more than 0.3, others 0.9; a threshold on
 scores means the same for all of them only once they are calibrated.  Where a detector knows more of
 a box than how surely it is a car, such as how well both images agree on its place, that counts too.
 """
@@ -18,7 +18,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.perception.weights.model_card import ModelCard
 
 NAME = "score_calibration"
-"""Among what the card of weights has `beside`."""
+"""The key of the calibration in what a card of weights has `beside`."""
 _EDGE = 1e-6
 
 
@@ -28,7 +28,7 @@ class ScoreCalibration:
 
     Args:
         slope: The slope of the score's own log-odds, positive.
-        offset: Added.
+        offset: The number that is added.
         evidence: Weights of whatever else the detector knows of a box; none: the order of scores
             stays as it was.
 
@@ -42,7 +42,7 @@ class ScoreCalibration:
 
     @classmethod
     def of_card(cls, card: ModelCard | None) -> ScoreCalibration:
-        """That of weights; scores stay as they are where their card has none."""
+        """The calibration of a card of weights; scores stay as they are where the card has none."""
         slope, offset, *evidence = (card.beside.get(NAME) if card else None) or (1.0, 0.0)
         return cls(slope, offset, tuple(evidence))
 

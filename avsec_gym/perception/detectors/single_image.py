@@ -38,5 +38,5 @@ class SingleImage:
         object.__setattr__(self, "name", self._detector.name)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
-        """As `ImageDetector.detect`."""
+        """Detect as `ImageDetector.detect` does."""
         return self._detector.detect(frame, self.camera)

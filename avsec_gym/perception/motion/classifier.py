@@ -64,9 +64,9 @@ class MovingObjectClassifier:
     then it abstains, which means that the object stands, unless it is very sure.
 
     Args:
-        configuration: The network's, or a preset's name.
-        weights: The network's: a file, a ``state_dict``, ``shipped``, or None for random ones; see
-            `give_weights`.
+        configuration: The configuration of the network, or a preset's name.
+        weights: The weights of the network: a file, a ``state_dict``, ``shipped``, or None for
+            random ones; see `give_weights`.
         threshold: The least probability of an object that is classified as moving.
         single_threshold: The same where a network that compares two frames has but one.
         left: The reference camera.

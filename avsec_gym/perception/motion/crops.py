@@ -139,7 +139,7 @@ def places_of(
 
     Args:
         pixels: u and v, shape (..., 2).
-        boxes: Objects.
+        boxes: The objects.
         index: The index of the object that the pixels show with its surroundings.
         projection: P of the camera, shape (3, 4).
 

@@ -94,7 +94,7 @@ class CropBatch:
     known: Tensor
 
     def to(self, device: torch.device | str) -> CropBatch:
-        """On another device."""
+        """The crops on another device."""
         return CropBatch(self.now.to(device), self.before.to(device), self.known.to(device))
 
 

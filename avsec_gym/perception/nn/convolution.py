@@ -72,7 +72,7 @@ def convolution(
     Args:
         channels: What comes in.
         out: Channels that leave.
-        groups: See `normalisation`.
+        groups: The number of groups of channels, see `normalisation`.
         dimensions: The number of dimensions of space: images or volumes.
         kernel: The kernel's odd size in every dimension.
         stride: The stride in every dimension.
@@ -135,7 +135,7 @@ def doubling_convolution(
 
 
 def normalisation(channels: int, groups: int, dimensions: Dimensions) -> nn.Module:
-    """Over groups of channels (Wu & He, 2018); over the batch where channels are fewer.
+    """Normalisation over groups of channels (Wu & He, 2018); over the batch where they are fewer.
 
     Args:
         channels: The number of channels of the tensor to be normalised.

@@ -137,7 +137,11 @@ def _correlate_back(
     to_left: Values,
     to_right: Values,
 ) -> None:
-    """Add what a gradient of the volume is to both features."""
+    """Add what a gradient of the volume is to both features.
+
+    Invariant: at each plane d, both hold what they had and the sums over the planes before d, row
+    by row; a part above 0 is of a plane whose `start` is 1 or more, so that all columns exist.
+    """
     batch, channels, height, width = left.shape
     groups, planes = volume.shape[1], volume.shape[2]
     each = channels // groups

@@ -26,8 +26,8 @@ class PointLayer(nn.Module):
     """One linear layer for all points alike: a convolution of size 1, as published.
 
     Args:
-        inputs: Channels.
-        outputs: Channels.
+        inputs: The number of channels that it takes.
+        outputs: The number of channels that it gives.
         dimensions: The number of dimensions of the original convolution, 1 or 2, for the shape of
             its weights.
         is_normalised: Whether it is normalised over the batch; there is no bias then.
@@ -82,7 +82,7 @@ class SetAbstraction(nn.Module):
         radii: The radii of the balls around them, metres, one for each scale.
         neighbours: Points looked at in each ball.
         channels: Outputs of the layers of each scale.
-        is_normalised: See `PointLayer`.
+        is_normalised: Whether its layers are normalised, see `PointLayer`.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 """Which points of a cloud are near a place, and the features that they give it.
 
-What is said of points is a tensor (B, N, C), of their neighbours (B, M, K, C).
+Features of points are a tensor (B, N, C), of their neighbours (B, M, K, C).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def three_nearest(points: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def gathered(features: Tensor, index: Tensor) -> Tensor:
-    """What is said of indexed points.
+    """The features of indexed points.
 
     Args:
         features: The features, shape (B, N, C).

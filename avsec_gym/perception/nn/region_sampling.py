@@ -74,7 +74,7 @@ def sampled_regions(
 
 
 def drawn(mask: Tensor, most: int, generator: torch.Generator | None) -> Tensor:
-    """At most so many indices of a mask (N,), by chance where there are more, ascending."""
+    """Ascending indices of a mask (N,): at most so many, drawn where there are more."""
     index = mask.nonzero()[:, 0]
     if len(index) <= most:
         return index

@@ -43,12 +43,12 @@ class ResidualConfiguration(Protocol):
 
     @property
     def normalisation(self) -> Normalisation:
-        """Behind each convolution."""
+        """The normalisation behind each convolution."""
         ...
 
     @property
     def edges(self) -> Edges:
-        """Beyond the inputs of convolutions larger than 1x1."""
+        """The kind of values beyond the inputs of convolutions larger than 1x1."""
         ...
 
     @property
@@ -146,7 +146,8 @@ def freeze_body(
         network: The whole network.
         body: The stages of its body, the one next to the image first.
         stages: How many of them are frozen.
-        normalisation: The network's; ``frozen_batch`` freezes the statistics wherever they are.
+        normalisation: The normalisation of the network; ``frozen_batch`` freezes the statistics
+            wherever they are.
     """
     for stage in body[:stages]:
         freeze(stage)

@@ -39,7 +39,7 @@ class Choice:
     bfloat16_seconds: float | None = None
 
     def __str__(self) -> str:
-        """In words, for logs and cards."""
+        """The arithmetic in words, for logs and cards."""
         name = "bfloat16" if self.bfloat16 else "float32"
         if self.float32_seconds is None or self.bfloat16_seconds is None:
             return f"{name}, as asked for"

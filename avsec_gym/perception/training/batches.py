@@ -55,14 +55,14 @@ def batches(
     Each depends on seed and step only, not on the threads, nor on where the training began.
 
     Args:
-        task: Prepares them.
+        task: The task that prepares them.
         configuration: Batch size and seed.
         first: Step to begin with.
         steps: The number of steps of the whole training.
         loaders: Threads or processes.
         processes: Whether to prepare in processes, if the task's ``batch`` can be sent to them:
             threads share Python with the steps, and a GPU waits for it.
-        folder: That of the run, for errors.
+        folder: The folder of the run, for errors.
     """
     prepare = partial(_prepare, task.batch, task.samples, configuration)
     if processes and AVAILABLE and not inspect.ismethod(task.batch):

@@ -86,7 +86,7 @@ def start_or_resume(folder: Path, identity: dict[str, Any], *, resume: bool) -> 
     Args:
         folder: The folder of the run.
         identity: The identity of the training that begins.
-        resume: Go on with the run in the folder, if there is one.
+        resume: Whether the run in the folder goes on, if there is one.
 
     Raises:
         DataError: The folder holds a training and `resume` is false; or its checkpoint is damaged,

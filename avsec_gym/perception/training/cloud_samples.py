@@ -140,7 +140,7 @@ def prepare_cloud_samples(
         region: The region of the network.
         category: What is looked for.
         folder: Where the arrays are kept, for these frames and this region.
-        on_progress: Called with frames done and frames in all.
+        on_progress: Function that gets frames done and frames in all.
 
     Raises:
         DataError: A file is missing or broken, or there is no frame.

@@ -21,7 +21,7 @@ def shifted(images: Sequence[Images], margin: int, down: int, right: int) -> lis
         images: The images, each of shape (..., H + 2 margin, W + 2 margin, 3).
         margin: The pixels on every side.
         down: The offset downwards, from 0 to 2 margin; the margin itself takes the middle.
-        right: Alike.
+        right: The offset to the right, alike.
     """
     rows = [image.shape[-3] - 2 * margin for image in images]
     columns = [image.shape[-2] - 2 * margin for image in images]
@@ -39,7 +39,7 @@ def relit_alike(
     Args:
         images: The images, each of shape (..., H, W, 3).
         limits: The limits of the changes.
-        randomness: Draws them.
+        randomness: The generator that draws them.
     """
     light = drawn_light(limits, randomness)
     mean = float(np.mean(images[0]))

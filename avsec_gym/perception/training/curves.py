@@ -49,7 +49,7 @@ class Curves:
             step: Steps that were done.
             kind: ``losses`` or ``metrics``.
             values: The values by name.
-            facts: Kept beside them, such as the seconds so far.
+            facts: Facts that are kept beside them, such as the seconds so far.
         """
         append_line(self._path, _line({"step": step, **facts, kind: dict(values)}))
         if self._board is not None:

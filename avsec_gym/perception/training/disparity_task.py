@@ -51,7 +51,7 @@ class DisparityTask(StereoTask):
         return self._estimator.losses(batch.stereo, batch.disparity)
 
     def validate(self) -> dict[str, float]:
-        """Over all known pixels, in the cameras' own: see `disparity_errors`."""
+        """Errors over all known pixels, in the cameras' own: see `disparity_errors`."""
         device = next(self.network.parameters()).device
         totals = np.zeros(3)
         for indices in self._validation.groups(_VALIDATION_BATCH):

@@ -40,7 +40,7 @@ def drawn_light(limits: Photometric, randomness: np.random.Generator) -> DrawnLi
 
     Args:
         limits: The limits of the changes.
-        randomness: Draws them.
+        randomness: The generator that draws it.
     """
     largest = np.array(
         [limits.brightness, limits.contrast, limits.gamma, limits.saturation, *[limits.tint] * 3]

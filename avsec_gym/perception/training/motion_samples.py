@@ -69,10 +69,10 @@ def prepare_motion_samples(
 
     Args:
         frames: Frames of the procedural world.
-        configuration: The network's: size of crops, neighbours.
+        configuration: The configuration of the network: size of crops, neighbours.
         folder: The folder where the crops are kept.
         variants: How many boxes of each object are cut out.
-        on_progress: Called with the number of frames done and that of all.
+        on_progress: Function that gets the number of frames done and that of all.
 
     Raises:
         DataError: A file is broken, or nothing is to be seen in any frame.
@@ -112,7 +112,7 @@ def disturbed(boxes: Boxes3D, randomness: np.random.Generator) -> Boxes3D:
 
     Args:
         boxes: True ones, with 2D boxes.
-        randomness: Draws the errors.
+        randomness: The generator that draws the errors.
     """
     assert boxes.box2d is not None, "labels have 2D boxes"
     count = len(boxes)

@@ -49,7 +49,7 @@ class MotionBatch:
     weight: Tensor
 
     def to(self, device: torch.device | str) -> MotionBatch:
-        """On another device."""
+        """The batch on another device."""
         return MotionBatch(self.crops.to(device), self.moving.to(device), self.weight.to(device))
 
 

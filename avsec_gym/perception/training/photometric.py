@@ -23,7 +23,7 @@ def relit(
     Args:
         sample: Images are uint8.
         limits: The limits of the changes.
-        randomness: Draws them.
+        randomness: The generator that draws them.
     """
     light = drawn_light(limits, randomness)
     mean = float(sample.left[::8, ::8].mean())

@@ -37,7 +37,7 @@ class PixorBatch:
     targets: PixorTargets
 
     def to(self, device: torch.device | str) -> PixorBatch:
-        """On another device."""
+        """The batch on another device."""
         return PixorBatch(self.scans.to(device), self.targets.to(device))
 
 

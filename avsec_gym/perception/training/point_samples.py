@@ -106,7 +106,7 @@ def prepare_point_samples(
         frames: The frames, each with the files of `NEEDED`.
         configuration: The configuration of the network.
         folder: Where the files are kept.
-        on_progress: Called with frames done and frames in all, of those that are to be done.
+        on_progress: Function that gets frames done and frames in all, of those that are to be done.
 
     Raises:
         DataError: A file is missing or broken, or there is no frame.

@@ -36,7 +36,7 @@ class PointBatch:
     ignored: list[Tensor]
 
     def to(self, device: torch.device | str) -> PointBatch:
-        """On another device."""
+        """The batch on another device."""
         objects, ignored = (
             [boxes.to(device) for boxes in each] for each in (self.objects, self.ignored)
         )

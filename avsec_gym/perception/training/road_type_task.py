@@ -39,7 +39,7 @@ class RoadTypeBatch:
     weight: Tensor
 
     def to(self, device: torch.device | str) -> RoadTypeBatch:
-        """On another device."""
+        """The batch on another device."""
         return RoadTypeBatch(
             self.images.to(device), self.road_type.to(device), self.weight.to(device)
         )
@@ -64,7 +64,7 @@ class RoadTypeTask:
     Args:
         selector: The selector, whose network is trained in place.
         training: The images to learn from, with a margin of 8 pixels.
-        validation: Without.
+        validation: The samples to validate with, which are not learned from.
         augmentation: The augmentation of training samples; zoom is not used.
         data: JSON-able: what the samples are.
     """

@@ -66,7 +66,7 @@ class StereoSampleBatch:
     targets: Any = None
 
     def to(self, device: torch.device | str) -> StereoSampleBatch:
-        """On another device."""
+        """The batch on another device."""
         return replace(self, stereo=self.stereo.to(device), disparity=self.disparity.to(device))
 
 
@@ -79,9 +79,9 @@ class PackedBatch:
         right: The right images.
         left_projections: P of the left cameras, shape (B, 3, 4).
         right_projections: P of the right cameras.
-        disparities: See `StereoSampleBatch`.
+        disparities: The disparities, see `StereoSampleBatch`.
         truth: The objects of each.
-        targets: See `StereoSampleBatch`.
+        targets: The targets, see `StereoSampleBatch`.
     """
 
     left: NDArray[np.uint8]

@@ -102,8 +102,8 @@ def scan_samples(
 
     Args:
         options: The options of the task.
-        network: Gets the weights to start with, if there are any.
-        prepare: Makes samples of frames.
+        network: The network that gets the weights to start with, if there are any.
+        prepare: Function that makes samples of frames.
 
     Raises:
         DataError: There are no data; the command that makes them is named.

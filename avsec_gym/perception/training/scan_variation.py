@@ -38,7 +38,7 @@ def varied(
         augmentation: The share of mirrored ones, and the ratio (`zoom`) of the largest scale to
             the smallest, whose middle is 1.
         largest_turn: The largest turn to either side, radians.
-        randomness: Draws.
+        randomness: The generator that draws it.
     """
     flip, turn, scale = randomness.uniform(size=3)
     scan = scan.mirrored() if flip < augmentation.flip else scan

@@ -121,7 +121,7 @@ def prepare_samples(
             ``disparity_2``, else from the scan, else they are unknown.
         size: Height and width; that of the first frame's camera if None.
         folder: Where the arrays are kept, for these frames and this size.
-        on_progress: Called with frames done and frames in all.
+        on_progress: Function that gets frames done and frames in all.
 
     Raises:
         DataError: A file is missing or broken, or there is no frame.

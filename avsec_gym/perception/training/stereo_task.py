@@ -23,8 +23,9 @@ class StereoBatchMaker:
 
     Args:
         samples: The samples.
-        augmentation: Their augmentation.
-        targets: Makes of the objects what the losses need of them alone; None for nothing.
+        augmentation: The augmentation of the samples.
+        targets: Function that makes of the objects what the losses need of them alone; None for
+            nothing.
     """
 
     samples: StereoSamples
@@ -46,7 +47,7 @@ class StereoTask:
         validation: Other samples of this size.
         augmentation: The augmentation of training samples.
         data: JSON-able: what the samples are.
-        targets: See `StereoBatchMaker`.
+        targets: Function that makes the targets, see `StereoBatchMaker`.
     """
 
     def __init__(

@@ -48,8 +48,8 @@ class TaskOptions:
         start: Weights to begin with, as `save_weights` writes them; random ones if None.
         augmentation: The augmentation of training samples.
         seed: The seed of random weights.
-        on_progress: Called with frames prepared and frames in all.
-        on_report: Called with what a user should know, such as which weights did not fit.
+        on_progress: Function that gets frames prepared and frames in all.
+        on_report: Function that gets what a user should know, such as which weights did not fit.
     """
 
     preset: str

@@ -56,11 +56,11 @@ def train(
         configuration: What the result depends on.
         folder: The folder of the run: checkpoint and curves.
         machine: The device, and how long it may take.
-        resume: Go on with the run in the folder, if there is one.
-        keep: Called with the network, bearing averaged weights, at each better validation.
-        on_progress: Called with steps done and steps in all, of this call.
-        on_compute: Called whenever losses are written, after some steps each.
-        on_validation: Called after each validation.
+        resume: Whether the run in the folder goes on, if there is one.
+        keep: Function that gets the network, bearing averaged weights, at each better validation.
+        on_progress: Function that gets steps done and steps in all, of this call.
+        on_compute: Function that is called whenever losses are written, after some steps each.
+        on_validation: Function that is called after each validation.
 
     Raises:
         DataError: The folder holds a run and `resume` is false, or one of another configuration.
@@ -72,6 +72,7 @@ def train(
     saved = began
     with closing(run.curves):
         try:
+            # Batches are prepared beside the steps, from the step on that the run has reached.
             prepared = batches(
                 task,
                 configuration,
@@ -105,6 +106,7 @@ def train(
             run.save()
             raise
         run.save()
+    # The network is left with the averaged weights.
     run.trained.load_state_dict(run.average.weights)
     run.trained.eval()
     state = run.state

@@ -74,7 +74,7 @@ class TrainingRun:
         configuration: What the result depends on.
         folder: The folder of the run: checkpoint and curves.
         machine: The device.
-        resume: Go on with the run in the folder, if there is one.
+        resume: Whether the run in the folder goes on, if there is one.
 
     Raises:
         DataError: The folder holds a run and `resume` is false, or one of another configuration.

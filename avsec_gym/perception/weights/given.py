@@ -54,7 +54,7 @@ def give_weights(network: nn.Module, weights: Weights, name: str) -> ModelCard |
 
     Args:
         network: The network to be filled.
-        weights: See `Weights`.
+        weights: The weights, see `Weights`.
         name: The name of network and preset, such as ``dsgn_small``: that of the package's file.
 
     Returns:
@@ -82,7 +82,7 @@ def card_of(weights: Weights, name: str) -> ModelCard | None:
     """The card of weights that are a file, before any network is filled.
 
     Args:
-        weights: See `Weights`.
+        weights: The weights, see `Weights`.
         name: The name as for `give_weights`.
 
     Raises:

@@ -108,7 +108,7 @@ def upheld_by_rays(
 def upheld_by_distances(
     named: frozenset[int], distances: Floats, threshold: float, author: int
 ) -> frozenset[int]:
-    """Of the vehicles named in a region, those whose surface two independent others contradict.
+    """The vehicles named in a region whose surface two independent others contradict.
 
     Args:
         named: The vehicles that were named, see `attacked_vehicles`.

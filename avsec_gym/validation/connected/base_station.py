@@ -29,7 +29,7 @@ class SurfaceComparison:
     """How the base station compares surfaces.
 
     Args:
-        mesher: Makes the surface mesh of a crop.
+        mesher: The mesher, which makes the surface mesh of a crop.
         epsilon: The mean distance of ground surfaces, metres; see `ground_epsilon`.
         margins: How much more than a region the vehicles crop, which the grids cover.
         fewest_points: Crops with fewer points have no surface.

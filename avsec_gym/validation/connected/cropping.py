@@ -88,7 +88,11 @@ def _points_in(
     low: Floats,
     high: Floats,
 ) -> tuple[NDArray[np.int64], Floats]:
-    """Every point of every region: the number of the region, and the point in its frame."""
+    """Every point of every region: the number of the region, and the point in its frame.
+
+    Invariant: the first `found` rows are filled, by point and then by region; the memory doubles
+    when it is full.
+    """
     cos, sin = np.cos(heading), np.sin(heading)
     reach = half[:, 0] ** 2 + half[:, 1] ** 2
     which = np.empty(len(points), np.int64)

@@ -16,7 +16,7 @@ def distance_threshold(attack_free: ArrayLike, rate: float) -> float:
     Args:
         attack_free: Distances of surfaces of which none was attacked, metres, any shape; NaN, of
             pairs that compared nothing, does not count.
-        rate: r, the share of the samples that lie beyond theta, from 0 to 1.
+        rate: The share r of the samples that lie beyond theta, from 0 to 1.
 
     Returns:
         Metres; -1 for a rate of 1, which lies below every distance.

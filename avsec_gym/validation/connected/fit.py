@@ -43,7 +43,7 @@ class ConnectedFit:
             JSON-able.
         rates: Chances of rays.
         margins: How far things may lie apart, for rays.
-        see_through: See `DecisionRule`.
+        see_through: The log odds of a thing that rays see through, see `DecisionRule`.
         calibration: The map from a region's score to a probability.
         clean_scores: Highest score of each attack-free instant, rising; -inf where nothing was
             compared.
@@ -98,7 +98,7 @@ class ConnectedFit:
         As of `rate_bound`, if the attack-free instants that were fitted on are independent.
 
         Args:
-            alarms: As of `constants`.
+            alarms: The share of attack-free instants that may alarm, as of `constants`.
 
         Raises:
             ConfigurationError: As of `constants`.
@@ -110,7 +110,7 @@ class ConnectedFit:
     def check(self, scans: Sequence[VehicleScan]) -> None:
         """Check that it holds for the LiDARs of an instant, too.
 
-        Scans of which nothing came back tell nothing, and are no reason to refuse.
+        Scans of which nothing came back show nothing, and are no reason to refuse.
 
         Raises:
             ConfigurationError: Beams that lie otherwise.

@@ -75,7 +75,7 @@ class FittedInstants:
 
     Args:
         data: What names the instants in the fit's file; JSON-able.
-        proposer: Proposes regions.
+        proposer: The function that proposes regions.
         attacks: What each instant is attacked by, one after the other.
         margins: How far things may lie apart, for rays.
         seed: The seed of the attacks.

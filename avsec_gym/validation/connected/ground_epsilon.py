@@ -37,7 +37,7 @@ def ground_epsilon(
         instants: The attack-free scans of each instant.
         comparison: How surfaces are made; its epsilon plays no part.
         pieces: Pieces of ground of each instant, at most.
-        seed: Decides where they are.
+        seed: The seed that decides where they are.
 
     Returns:
         Metres.

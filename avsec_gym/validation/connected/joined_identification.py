@@ -8,7 +8,7 @@ are independent, and log-likelihoods add up:
 
     l(C) = log P(C | s_0 = 1) - log P(C | s_0 = 0)
 
-C tells of s_0 alone.  But where the others name the LiDAR they also give its scan back, and with
+C depends on s_0 alone.  But where the others name the LiDAR they also give its scan back, and with
 it a witness: E' is what the cameras and the recovered scan show of each other.  Of states with s_0
 = 1 the cameras are judged by E', in which the LiDAR counts as sound:
 

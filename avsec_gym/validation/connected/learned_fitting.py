@@ -32,7 +32,7 @@ class LearnedSamples:
     """Regions of which the truth is known.
 
     Args:
-        features: Their features, shape (N, F).
+        features: The features of the regions, shape (N, F).
         attacked: Whether each was attacked, shape (N,).
         instant: Number of the instant of each, shape (N,).
         instants: How many instants there are; in some of them nothing may be compared.
@@ -94,7 +94,7 @@ def fit_of_samples(
         samples: Regions of which the truth is known.
         on: What the instants are.
         constants: What the ratios among the features were fitted on, in words.
-        penalty: As of `fit_logistic`.
+        penalty: How much large weights cost, as of `fit_logistic`.
         folds: Number of parts of the instants, each of which is held out once.
 
     Raises:
@@ -108,15 +108,18 @@ def fit_of_samples(
             f"A model is learned from {folds} instants or more, with attacked regions in several.",
             remedy="Take more instants.",
         )
+    # The log odds of each region by a model that lacked its instant.
     odds = np.empty(len(samples.attacked))
     for fold in range(folds):
         held_out = samples.instant % folds == fold
         odds[held_out] = _fitted(samples, ~held_out, penalty).log_odds(samples.features[held_out])
+    # The highest of each instant's attack-free regions, by which alarms are chosen.
     truth = samples.attacked
     clean = [
         float(odds[~truth & (samples.instant == number)].max(initial=-np.inf))
         for number in range(samples.instants)
     ]
+    # What the held-out odds are worth, for the card.
     of = [str(number) for number in samples.instant.tolist()]
     area = roc_area(
         ClusteredScores(odds[truth], [of[i] for i in np.flatnonzero(truth)]),
@@ -134,6 +137,7 @@ def fit_of_samples(
         round(area, 4),
         round(loss, 4),
     )
+    # The model that is kept lacks nothing.
     return LearnedFit(
         _fitted(samples, np.ones(len(truth), bool), penalty),
         tuple(sorted(round(each, 4) for each in clean)),

@@ -46,7 +46,7 @@ class MergedProposals:
         return lone_authors(self.regions, self.of_vehicles)
 
     def stands_in(self, vehicle: int) -> NDArray[np.bool_]:
-        """In which regions a vehicle itself stands, of which it sees nothing, shape (R,)."""
+        """Whether a vehicle itself stands in each region, of which it sees nothing, shape (R,)."""
         if vehicle not in self.poses or vehicle in self.roadside or not len(self.regions):
             return np.zeros(len(self.regions), bool)
         return stands_in(self.regions, self.poses[vehicle])
@@ -62,8 +62,8 @@ def merge_proposals(
 
     Args:
         scans: The scan of each vehicle, by number.
-        proposer: Proposes regions all around.
-        traffic: Takes the messages.
+        proposer: The function that proposes regions all around.
+        traffic: The record that takes the messages.
         budget: What proposals may take of it; None: all are sent.
     """
     arrived: list[RegionMessage] = []

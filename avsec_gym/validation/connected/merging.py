@@ -75,7 +75,7 @@ def seen_from_above(regions: Regions) -> Floats:
 
 
 def stands_in(regions: Regions, pose: Floats) -> NDArray[np.bool_]:
-    """In which regions a vehicle itself stands, of which its rays see nothing, shape (R,).
+    """Whether a vehicle itself stands in each region, of which its rays see nothing, shape (R,).
 
     Args:
         regions: R regions, world frame.

@@ -65,12 +65,13 @@ def exchange_rays(
         scans: The scan of each vehicle, by number.
         merged: The regions.
         margins: What may lie apart.
-        traffic: Takes the messages.
+        traffic: The record that takes the messages.
         budget: The budget of each vehicle.
         motions: What each vehicle knows of what moves; None: all stands.
     """
     regions, others = merged.regions, len(scans) - 1
     at_intervals = bool(np.ptp([scan.time for scan in scans]) > SEARCHED)
+    # Each vehicle claims what its rays end on in the regions, and sends that to all.
     observers, claimed = [], dict[int, Claims]()
     for number, scan in enumerate(scans):
         with traffic.step("claim"):
@@ -88,6 +89,7 @@ def exchange_rays(
         if read:
             claimed[number], message = read[0]
             traffic.broadcast("claims", message)
+    # Each vehicle counts how its own rays support the claims of every other one.
     layers = claimed_layers(claimed, regions, len(scans))
     counts = np.zeros((len(regions), len(scans), len(scans), 3), np.int64)
     for witness, observer in enumerate(observers):
@@ -107,6 +109,7 @@ def exchange_rays(
             if read_counts:
                 kept = admitted_counts(read_counts[0], claims)
                 counts[kept.region, about, witness] = kept.counts
+        # Of the regions in which it stands itself it sees nothing.
         counts[blind, :, witness] = 0
     return Testimonies(counts, layers, claimed)
 
@@ -122,5 +125,5 @@ def decide_by_rays(
 
 
 def is_decidable(counts: NDArray[np.int64], rates: RayRates) -> NDArray[np.bool_]:
-    """In which regions some vehicle bears witness of another's claim, shape (R,)."""
+    """Whether some vehicle bears witness of another's claim in each region, shape (R,)."""
     return np.asarray(decidable(counts, rates).any(axis=(1, 2)))

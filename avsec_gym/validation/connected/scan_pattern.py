@@ -58,7 +58,7 @@ class ScanPattern:
 
 
 def scan_pattern(points: Points) -> ScanPattern | None:
-    """The pattern of a scan; None where too little came back to tell.
+    """The pattern of a scan; None where too little came back to find it.
 
     Args:
         points: A scan, velodyne frame, shape (M, 4).

@@ -35,7 +35,7 @@ class ConnectedSource:
         root: The folder.
         layout: The layout of the folder.
         names: The instants' names where they are known without reading scans.
-        instants: Yields the instants; see `read`.
+        instants: Function that yields the instants; see `read`.
     """
 
     root: Path
@@ -47,8 +47,9 @@ class ConnectedSource:
         """The instants, one after the other.
 
         Args:
-            left_out: Takes the reason for each raw drive without such scans, and for each of its
-                instants that cannot be read or registered, by name; None: that is an error.
+            left_out: The dictionary that gets the reason for each raw drive without such scans, and
+                for each of its instants that cannot be read or registered, by name; None: that is
+                an error.
 
         Raises:
             DataError: Something of an instant is missing or broken.

@@ -52,7 +52,7 @@ def exchange_surfaces(
         scans: The scan of each vehicle, by number.
         merged: The regions.
         comparison: How surfaces are made and compared.
-        traffic: Takes the messages.
+        traffic: The record that takes the messages.
     """
     arrived: list[CropMessage] = []
     for number, scan in enumerate(scans):

@@ -89,7 +89,7 @@ def ray_time(x: float, y: float, period: float) -> float:
 def to_scan_time(
     x: float, y: float, seconds: float, speed: float, turn_rate: float
 ) -> tuple[float, float]:
-    """From the frame that the vehicle has so much later to that at the scan's time."""
+    """A place in the frame that the vehicle has so much later, in that of the scan's time."""
     cos, sin, ahead, left = _motion(seconds, speed, turn_rate)
     return cos * x - sin * y + ahead, sin * x + cos * y + left
 

@@ -71,7 +71,7 @@ class SentMessages:
             kind: The kind of the message.
             sender: Number of the vehicle, which is that of its connection.
             content: The message's bytes.
-            read: Reads a message, or raises `DataError`.
+            read: Function that reads a message, or raises `DataError`.
 
         Returns:
             What the base station reads of it.

@@ -46,9 +46,9 @@ class ConnectedValidator:
     Args:
         constants: What evidence is worth; see `ConnectedFit.constants`.
         method: ``rays``, ``surfaces`` or ``learned``.
-        proposer: Proposes regions of a scan, all around.
+        proposer: The function that proposes regions of a scan, all around.
         budget: The budget of what a vehicle sends by the method of rays.
-        mesher: Makes surfaces.
+        mesher: The mesher, which makes surfaces.
         learned: The model of ``learned`` and its threshold; see `LearnedFit.rule`.
 
     Raises:

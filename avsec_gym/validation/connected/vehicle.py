@@ -22,7 +22,7 @@ def propose_regions(number: int, scan: VehicleScan, proposer: RegionProposer) ->
     Args:
         number: Number of the vehicle.
         scan: The vehicle's scan, with the pose that it measured.
-        proposer: Proposes regions all around.
+        proposer: The function that proposes regions all around.
     """
     return RegionMessage(number, scan.pose, proposer(scan.points))
 

@@ -35,7 +35,7 @@ class LidarEye(NamedTuple):
     """A camera of the reference's optics where the LiDAR is.
 
     Args:
-        focal_length: Pixels.
+        focal_length: The focal length, pixels.
         u: The column of the optical axis, pixels.
         v: The row of the optical axis, pixels.
         place: The place of the LiDAR in the reference camera's frame, metres, shape (3,).
@@ -50,7 +50,7 @@ class LidarEye(NamedTuple):
 
 
 def lidar_eye(calibration: Calibration, camera: int, scale: float) -> LidarEye:
-    """That of a rig; `scale` is a disparity map's `focal_times_baseline`."""
+    """The eye of a rig; `scale` is a disparity map's `focal_times_baseline`."""
     projection = calibration.projection(camera)
     offset = np.linalg.solve(projection[:, :3], projection[:, 3])
     place = calibration.velodyne_to_camera[:3, 3] + offset

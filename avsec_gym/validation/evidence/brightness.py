@@ -78,9 +78,9 @@ def compared_images(
     """The reference's image, and what it should be by the other camera of a pair.
 
     Args:
-        image: As of `brightness_inconsistency`.
-        other: As of `brightness_inconsistency`.
-        disparity: As of `brightness_inconsistency`.
+        image: The image of the reference camera, as of `brightness_inconsistency`.
+        other: The image of the camera to its right, as of `brightness_inconsistency`.
+        disparity: The disparity in the view of the reference, as of `brightness_inconsistency`.
 
     Returns:
         The image, without colours where the other camera sees none; what it should be, equally
@@ -151,7 +151,7 @@ def equally_exposed(expected: Image, image: Image, known: Mask) -> Expected:
 
 
 def without_colours(image: Image) -> Image:
-    """As a grey camera sees it, which all colours reach alike, shape (H, W, 3)."""
+    """The image that a grey camera sees, which all colours reach alike, shape (H, W, 3)."""
     grey = cv2.transform(image, np.full((1, 3), 1 / 3, np.float32))
     return np.repeat(grey[..., None] if grey.ndim == 2 else grey, 3, axis=2)
 

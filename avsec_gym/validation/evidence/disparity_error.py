@@ -78,7 +78,7 @@ def disparity_error(
 
     Args:
         first: DM_{i,k}, in any scale.
-        second: DM_{j,k}.
+        second: The second map, DM_{j,k}.
         sparse: Whether the first is a scan, whose gaps are no holes.
 
     Raises:

@@ -42,7 +42,7 @@ def disproved_points(
 
     Args:
         scan: DM_{0,k}, in any scale.
-        dense: DM_{j,k}.
+        dense: The map of the cameras, DM_{j,k}.
         image: The image of the reference k, shape (H, W, 3).
         other: The image of camera j to its right.
         eye: Where the LiDAR is, in the view of the reference and the scale of the dense map.

@@ -23,7 +23,7 @@ from avsec_gym.validation.evidence.seen_by_both import SeenByBoth
 _STEP = 16
 """OpenCV searches disparities by the 16."""
 _NEAREST = (0.01, 10_000.0)
-"""Metres."""
+"""The nearest depth that is looked for, metres."""
 _FILLED = "filled"
 _OWN = ("name", "nearest", _FILLED)
 """Arguments that are not the matcher's."""
@@ -106,7 +106,7 @@ class PairDepth:
         return weights_hash(make_depth(self.what))
 
     def estimator(self, calibration: Calibration, left: int, right: int) -> DepthEstimator:
-        """Of one pair of cameras.
+        """The estimator of one pair of cameras.
 
         Raises:
             ConfigurationError: `make_depth` refuses, or right is not right of left.

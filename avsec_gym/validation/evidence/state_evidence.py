@@ -111,7 +111,7 @@ class StateEvidence:
             self._views.update(zip(missing, pool.map(self._find, missing), strict=True))
 
     def evidence(self, states: States) -> Floats:
-        """As `gather_evidence` of each state, shape (N, M)."""
+        """The evidence that `gather_evidence` finds in each state, shape (N, M)."""
         self.find(states)
         return np.array([gather_evidence(self.errors(state)) for state in np.atleast_2d(states)])
 

@@ -86,7 +86,7 @@ class LikelihoodSamples:
             )
 
     def of_frames(self, chosen: NDArray[np.bool_]) -> LikelihoodSamples:
-        """Those of some frames.
+        """The samples of some frames.
 
         Args:
             chosen: Whether each frame is chosen, shape (frames,).

@@ -20,7 +20,7 @@ from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import state_vectors
 
 _STRETCHES = 2 * FOLDS
-"""Into which frames are cut that come from too few drives."""
+"""The number of stretches into which frames are cut that come from too few drives."""
 
 
 def evidence_of_all_states(

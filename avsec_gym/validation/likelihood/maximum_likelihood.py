@@ -84,7 +84,7 @@ class LikelihoodModel:
         lowest: The lowest of the scores u seen, shape (M,); evidence below counts as this.
         highest: The same above.
         weights: Weights of the elements, and of c the last, 0 or more, shape (M + 1,).
-        offset: Added for each attacked sensor.
+        offset: The number that is added for each attacked sensor.
         scale: The scale of u, see `NormalScores`; None: log-odds.
         clean_scores: `alarm_scores` of clean frames that the fit held out, shape (any,).
         strangest: The largest, in the same frames, of their `strangeness`, clean and in all states
@@ -199,7 +199,7 @@ class LikelihoodModel:
 
         Args:
             evidence: The shares, shape (N, M).
-            rate: r, designated false alarm rate: the share of the held-out clean frames that are
+            rate: The designated false alarm rate r: the share of the held-out clean frames that are
                 beyond a threshold, that of the `alarm_scores` or that of their `strangeness`.  The
                 latter has a fifth of r; beyond it a frame is not familiar.  With fewer than 5 / r
                 frames it is the largest that was held out.
@@ -221,7 +221,7 @@ class LikelihoodModel:
         independent.
 
         Args:
-            rate: As of `decode`.
+            rate: The designated false alarm rate, as of `decode`.
 
         Raises:
             ConfigurationError: As of `decode`.

@@ -72,7 +72,7 @@ class NormalScores:
 
     @classmethod
     def plain(cls, count: int) -> NormalScores:
-        """Of that many shares the log-odds."""
+        """Scores that are the log-odds of that many shares."""
         return cls(np.zeros((0, count)), *np.ones((3, count)))
 
     def __call__(self, shares: Floats) -> Floats:

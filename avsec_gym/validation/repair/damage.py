@@ -16,7 +16,7 @@ from avsec_gym.validation.validator import Validation
 
 @dataclass(frozen=True, eq=False)
 class Damage:
-    """Of one sensor.
+    """The damage of one sensor.
 
     Args:
         pixels: The damaged pixels of a camera, shape (H, W).

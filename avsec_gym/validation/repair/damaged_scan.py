@@ -43,7 +43,7 @@ _FEWEST_POINTS = 50
 _BETWEEN_BEAMS = 5
 """Directions; beams are nowhere so far apart."""
 _SMALLEST_REGION = 100
-"""Directions."""
+"""The least number of directions in a damaged region."""
 _REACH = 60.0
 """Metres; what is farther often returns nothing anyhow, and cameras do not know it well."""
 

@@ -75,7 +75,7 @@ def repair(
         system: The sensors of which some are trusted.
         attacked: The sensors that are not trusted.
         depth: How the disparities of two trusted cameras are found.
-        refill_error: See `refilled_points`.
+        refill_error: Metres of depth that a pixel of disparity may be, see `refilled_points`.
 
     Raises:
         ConfigurationError: An attacked sensor is not in the system, or too few are trusted: two
@@ -146,7 +146,7 @@ def refilled_points(
     Args:
         scan: What is lost.
         calibration: The calibration of the rig.
-        maps: See `trusted_maps`.
+        maps: The trusted maps, see `trusted_maps`.
         refill_error: Metres of depth that a pixel of disparity is at most where points are made: 1
             m reaches 20 m with a baseline of 0.54 m and KITTI's focal length.
 

@@ -86,7 +86,7 @@ def trusted_depth(
     Args:
         frame: The frame.
         camera: The camera whose view it is.
-        trusted: Sensors.
+        trusted: The trusted sensors.
         depth: How disparities of two cameras are found.
 
     Returns:

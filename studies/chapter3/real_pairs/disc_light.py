@@ -32,7 +32,7 @@ _SHRUNK = 8
 averaged over hundreds of pixels needs no single ones."""
 
 Residual = NDArray[np.float32]
-"""Grey levels, shape (H, W)."""
+"""Differences of pixels, grey levels, shape (H, W)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def pair_difference(frame: SensorFrame, disparity: Disparity) -> PairDifference:
 
     Args:
         frame: A frame with the images `LEFT` and `RIGHT`.
-        disparity: Of the left image, pixels, NaN where unknown, shape (H, W).
+        disparity: The disparity of the left image, pixels, NaN where unknown, shape (H, W).
     """
     image, expected, known = compared_images(frame.image(LEFT), frame.image(RIGHT), disparity)
     known = known & (image.max(axis=2) < _WHITE) & (expected.least.max(axis=2) < _WHITE)

@@ -1,10 +1,10 @@
 """Real pairs of images: do they alarm, and which lights are too faint to be seen in them?
 
 Run ``python -m studies.chapter3.real_pairs.judge --kitti ROOT --json FILE``; `page` makes a page of
-the result.  No attack has a say in any threshold: that of brightness comes from rendered clean
+the result.  No threshold depends on an attack: that of brightness comes from rendered clean
 frames, and is raised to what clean real pairs show, by the rule of
-`avsec_gym.metrics.tolerance.tolerance_threshold`.  Where a pair is judged, its own scene has no say
-either.  ``--fits FOLDER`` writes the raised threshold into files of thresholds.
+`avsec_gym.metrics.tolerance.tolerance_threshold`.  Nor does what a pair is judged by depend on its
+own scene.  ``--fits FOLDER`` writes the raised threshold into files of thresholds.
 """
 
 from __future__ import annotations
@@ -59,10 +59,10 @@ _ERROR_SIGMAS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class SeenPair:
-    """What the two images of a pair say of each other.
+    """How the two images of a pair compare.
 
     Args:
-        brightness: `Brightness.patches`.
+        brightness: The value of `Brightness.patches`.
         difference: What is brighter or darker than expected.
         scale: Pixels of this image for each of one 1242 wide.
     """
@@ -83,7 +83,7 @@ class CleanPairs:
     Args:
         pairs: The pairs.
         seen: What is seen of each.
-        rate: r.
+        rate: The designated false alarm rate r.
         radii: Radii of discs, pixels of an image 1242 wide.
     """
 
@@ -94,18 +94,18 @@ class CleanPairs:
 
     @cached_property
     def brightness(self) -> list[float]:
-        """Of each pair."""
+        """The brightness of each pair."""
         return [each.brightness for each in self.seen]
 
     @cached_property
     def discs(self) -> list[list[float]]:
-        """Of each of `radii` the brightest disc of each pair."""
+        """The brightest disc of each pair, for each of `radii`."""
         return [[each.disc(radius) for each in self.seen] for radius in self.radii]
 
     def threshold(
         self, values: Sequence[float], without: str | None = None
     ) -> ToleranceThreshold | None:
-        """Of values of the pairs, without those of a scene; None: no pair is left."""
+        """The threshold of values of the pairs, without those of a scene; None: no pair is left."""
         kept = [number for number, pair in enumerate(self.pairs) if pair.scene != without]
         if not kept:
             return None
@@ -152,7 +152,7 @@ def run(options: argparse.Namespace) -> RealPairsResult:
 
 
 def seen_pair(frame: SensorFrame, depth: PairDepth) -> SeenPair:
-    """What a pair's images say of each other.
+    """How a pair's images compare.
 
     Args:
         frame: A frame with the images `LEFT` and `RIGHT`.
@@ -182,11 +182,11 @@ def raise_fits(folder: Path, least: float) -> None:
 
 @dataclass(frozen=True)
 class PairLimits:
-    """What a pair is judged by; its own scene has no say in what comes from real pairs.
+    """What a pair is judged by; what comes from real pairs is from other scenes.
 
     Args:
         rendered: Threshold of brightness from rendered frames.
-        raised: The same, raised by other scenes.
+        raised: The same threshold, raised by other scenes.
         discs: The brightest clean disc of each size in other scenes; None: there is no other.
     """
 
@@ -195,11 +195,11 @@ class PairLimits:
     discs: Sequence[float] | None
 
     def alarms(self, seen: SeenPair, radii: Sequence[float]) -> dict[str, bool]:
-        """By `RULES`.
+        """Whether each of `RULES` alarms.
 
         Args:
             seen: What is seen of the pair.
-            radii: Of the discs.
+            radii: Radii of the discs.
         """
         shines = self.discs is not None and any(
             seen.disc(radius) > limit for radius, limit in zip(radii, self.discs, strict=True)

@@ -20,9 +20,10 @@ class CleanPair:
     Args:
         id: Its id.
         scene: Its scene.
-        brightness: `Brightness.patches`.
+        brightness: The value of `Brightness.patches`.
         pixel_noise: Standard deviation of single pixels, grey levels.
-        alarms: By `RULES`; a scene is judged by what the others alone have raised.
+        alarms: Whether each of `RULES` alarms; a scene is judged by what the others alone have
+            raised.
     """
 
     id: str
@@ -59,8 +60,8 @@ class FaintLight:
     Args:
         radius: Radius in pixels of an image 1242 wide.
         strength: Peak, grey levels.
-        detected: By `RULES`, of all pairs and draws; thresholds that come from real pairs are those
-            of other scenes.
+        detected: The share of all pairs and draws that each of `RULES` detects; thresholds that
+            come from real pairs are those of other scenes.
     """
 
     radius: float
@@ -79,9 +80,9 @@ class RealPairsResult:
         origin: Where that comes from.
         raised: Threshold of brightness of all clean real pairs.
         pairs: Each clean pair.
-        false_alarms: By `RULES`.
-        floors: By size.
-        lights: By size and strength.
+        false_alarms: The share of false alarms, by `RULES`.
+        floors: How bright a light has to be to stand out, by size.
+        lights: The lights, by size and strength.
     """
 
     rate: float

@@ -62,9 +62,9 @@ OPTIONS = {
     "pixor": "",
     "pointrcnn": "",
 }
-"""Beside those of the validator: ``detectors``: names with commas; ``attacked_at_once``: how many
-sensors at most, none and one alone if 1; ``motion``: see `Motion`; by the networks' names their
-weights, instead of those of the package."""
+"""Options beside those of the validator: ``detectors``: names with commas; ``attacked_at_once``:
+how many sensors at most, none and one alone if 1; ``motion``: see `Motion`; by the networks' names
+their weights, instead of those of the package."""
 
 DRIVE_FRAMES = 4
 """Drive frames of procedural drives: what the first frame hides of an attack the next ones may
@@ -130,7 +130,7 @@ class DefendedEpisodes:
         A sensor is ``named`` by 1, or 0; NaN: its status is open.
 
         Args:
-            attack: See `attacks_on`.
+            attack: The name of the attack, see `attacks_on`.
             number: The number of the frame.
         """
         recorded, seconds = self._recordings.frames[number], {}

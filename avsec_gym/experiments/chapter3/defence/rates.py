@@ -28,7 +28,7 @@ class Worth:
 
     Args:
         avoided: Episodes that do not collide any more, of those that did.
-        avoided_of_attack: The same, of those that did not collide before the attack.
+        avoided_of_attack: The same share of those that did not collide before the attack.
         caused: Episodes that collide now, of those that did not.
         regained: Episodes that are safe again, of those that the attack made unsafe.
         given_up: Episodes that reach no goal any more, of those that were safe.
@@ -109,7 +109,7 @@ def is_of_defence(setting: str) -> bool:
 
 
 def defence_rows(results: Results) -> list[DefenceRow]:
-    """For each detector, attack and response what the defence is worth.
+    """The worth of the defence, for each detector, attack and response.
 
     Returns:
         Rows, `NO_ATTACK` first and `ANY_ATTACK` last, of each attack `UNDEFENDED` first. All
@@ -141,7 +141,7 @@ def defence_rows(results: Results) -> list[DefenceRow]:
 
 
 def alarm_rows(results: Results) -> list[AlarmRow]:
-    """For each attack whether it is detected, and how soon; `NO_ATTACK` first."""
+    """Whether each attack is detected, and how soon; `NO_ATTACK` first."""
     alarms: dict[str, dict[str, bool]] = {}
     for row in results.measurements(name="alarm"):
         alarms.setdefault(row["setting"], {})[row["scenario"]] = bool(row["value"])
@@ -164,7 +164,7 @@ def alarm_rows(results: Results) -> list[AlarmRow]:
 
 
 def frames_to_alarm(alarms: dict[str, bool]) -> dict[str, int]:
-    """Of so many drives, which frame brought the first alarm.
+    """The number of drives of which each frame brought the first alarm.
 
     Args:
         alarms: Whether there is one, by the frame's id; the attack begins with each drive's first

@@ -28,9 +28,9 @@ from avsec_gym.validation.validator import Validator
 from avsec_gym.world.export import cache_folder
 
 VALIDATOR_OPTIONS = {**OPTIONS, "validator": "thresholds", "fitted_file": "", "rate": 0.01}
-"""Beside those of the recordings: ``validator``: ``thresholds`` or ``likelihood``; ``fitted_file``:
-what it was fitted to, thresholds of the clean drives to fit on if empty; ``rate``: the designated
-false alarm rate r."""
+"""Options beside those of the recordings: ``validator``: ``thresholds`` or ``likelihood``;
+``fitted_file``: what it was fitted to, thresholds of the clean drives to fit on if empty; ``rate``:
+the designated false alarm rate r."""
 
 _ARGUMENT = {"thresholds": "thresholds", "likelihood": "model"}
 _LOG = logging.getLogger(__name__)

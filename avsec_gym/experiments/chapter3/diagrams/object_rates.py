@@ -86,9 +86,9 @@ class ObjectRates:
     """What detectors see of all attacks.
 
     Args:
-        scores: From which score on a box counts, by detector and scan, as text.
-        believed: By detector and bogus object.
-        mismatches: By IoU and attack, and without one.
+        scores: The scores from which on a box counts, by detector and scan, as text.
+        believed: How often bogus objects are believed, by detector and bogus object.
+        mismatches: How often mismatches alarm, by IoU and attack, and without one.
     """
 
     scores: Mapping[str, ScoreThreshold]
@@ -104,13 +104,14 @@ def object_rates(
     Args:
         results: The results of a run.
         configuration: The configuration of the run.
-        rate: r, the false alarm rate that mismatches are to keep.
+        rate: The false alarm rate r that mismatches are to keep.
         fewest: Frames of each part that it takes.
     """
     options = {**DIAGRAM_OPTIONS, **configuration.options}
     if not options["believers"]:
         return None
     detectors, variants = believers_of(options), variants_of(options)
+    # The score from which on a box counts, of each detector and scan, by clean frames to fit on.
     scores = {
         (name, scan): score_threshold(
             results, truth_setting(FITTED),
@@ -118,6 +119,7 @@ def object_rates(
         )
         for name in detectors for scan in scans_of(options)
     }  # fmt: skip
+    # How often each detector of scans takes bogus points for an obstacle.
     believed = [
         row
         for name in detectors
@@ -125,6 +127,7 @@ def object_rates(
         if is_of_lidar(variant)
         and (row := _believed(results, name, variant, scores[name, variant.scan].score, fewest))
     ]
+    # The same score of the images' detector, whose objects the scan's are compared with.
     image = str(options["image_detector"])
     camera = score_threshold(
         results,
@@ -133,6 +136,7 @@ def object_rates(
         IN_IMAGE,
     )
     counts = _Counts(results, detectors[0], image, camera.score)
+    # How often mismatches alarm, where clean frames to fit on keep the rate.
     found = []
     for scan in scans_of(options):
         least = scores[detectors[0], scan].score

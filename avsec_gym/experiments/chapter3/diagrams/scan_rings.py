@@ -25,7 +25,7 @@ def rings_of(points: Points) -> NDArray[np.intp]:
 
 
 def kept_rings(points: Points, most: int) -> frozenset[int] | None:
-    """As many rings as leave a number of points at most, evenly from top to bottom; at least one.
+    """The rings that leave a number of points at most, evenly from top to bottom; at least one.
 
     Args:
         points: The scan, velodyne frame, shape (M, 4).
@@ -51,7 +51,7 @@ def on_rings(points: Points, rings: frozenset[int] | None) -> Points:
 
     Args:
         points: The scan, velodyne frame, shape (M, 4).
-        rings: As of `kept_rings`.
+        rings: The rings that are kept, as of `kept_rings`.
     """
     if rings is None:
         return points

@@ -41,13 +41,13 @@ DIAGRAM_OPTIONS: dict[str, Any] = {
     "image_detector": "faster_rcnn",
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn", "faster_rcnn")},
 }
-"""Beside `PART_OPTIONS`: ``matchers``: some of `MATCHERS`, with commas; ``psmnet_published``: a
-file of a published PSMNet's weights; ``scans``: how many points are left of the LiDAR's scan, 0 for
-all; ``forms`` of bogus objects, with commas, and ``points`` of them, 0 for as many as the LiDAR's
-own beams meet; ``lights``, with commas, their ``sizes``, radii in shares of the image's width, and
-``strengths``, grey levels at the peak; ``believers``: detectors that look at scans, with commas, of
-which the first is compared with images, none if empty; ``image_detector``: what looks at images; by
-the networks' names their weights."""
+"""Options beside `PART_OPTIONS`: ``matchers``: some of `MATCHERS`, with commas;
+``psmnet_published``: a file of a published PSMNet's weights; ``scans``: how many points are left of
+the LiDAR's scan, 0 for all; ``forms`` of bogus objects, with commas, and ``points`` of them, 0 for
+as many as the LiDAR's own beams meet; ``lights``, with commas, their ``sizes``, radii in shares of
+the image's width, and ``strengths``, grey levels at the peak; ``believers``: detectors that look at
+scans, with commas, of which the first is compared with images, none if empty; ``image_detector``:
+what looks at images; by the networks' names their weights."""
 _MOST = 10_000_000
 
 
@@ -55,7 +55,7 @@ def matchers_of(options: Mapping[str, Any]) -> dict[str, PairDepth]:
     """The depth of pairs by the matchers' names.
 
     Args:
-        options: `DIAGRAM_OPTIONS`.
+        options: Values of `DIAGRAM_OPTIONS`.
 
     Raises:
         ConfigurationError: No such matcher, or the published one without weights.
@@ -79,7 +79,7 @@ def variants_of(options: Mapping[str, Any]) -> list[Variant]:
     """All attacks of a run: bogus objects in every scan, lights with the first of the scans.
 
     Args:
-        options: `DIAGRAM_OPTIONS`.
+        options: Values of `DIAGRAM_OPTIONS`.
 
     Raises:
         ConfigurationError: A name or number that cannot be.

@@ -50,7 +50,7 @@ from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import States, state_vectors
 
 RATE = 0.01
-"""r."""
+"""The designated false alarm rate r."""
 LIKELIHOOD = "likelihood"
 RULES = (*CRITERIA, LIKELIHOOD)
 """E alone and all four shares, by thresholds; and maximum likelihood."""
@@ -69,8 +69,8 @@ class DiagramRow:
         matcher: How disparities are found.
         variant: The attack.
         points: Mean number of bogus points; None of a light.
-        detected: By `RULES`.
-        named: By `RULES`: exactly the attacked sensor, no other.
+        detected: The share that is detected, by `RULES`.
+        named: The share of which exactly the attacked sensor is named, no other, by `RULES`.
     """
 
     matcher: str
@@ -87,8 +87,8 @@ class BenignRow:
     Args:
         matcher: How disparities are found.
         change: One of `BENIGN_CHANGES`, of one camera; or `NO_CHANGE`.
-        alarms: By `RULES`.
-        named: By `RULES`: frames in which some sensor is named as attacked.
+        alarms: The share that raises an alarm, by `RULES`.
+        named: The share of frames in which some sensor is named as attacked, by `RULES`.
     """
 
     matcher: str
@@ -102,10 +102,10 @@ class DiagramsSummary:
     """All diagrams of a run.
 
     Args:
-        rate: r.
+        rate: The designated false alarm rate r.
         frames: Frames judged by each matcher.
-        attacks: Of every matcher and attack.
-        benign: Of every matcher and change.
+        attacks: A row for every matcher and attack.
+        benign: A row for every matcher and change.
         objects: What detectors see; None: nothing was shown to them.
     """
 
@@ -137,10 +137,10 @@ class Judged:
 
     Args:
         frames: Ids of N frames.
-        drives: Their drives.
-        alarms: By `RULES`, shape (N,).
-        exact: By `RULES`: whether exactly the attacked sensors were named, shape (N,).
-        some: By `RULES`: whether any sensor was named, shape (N,).
+        drives: The drives of the frames.
+        alarms: Whether there is an alarm, by `RULES`, shape (N,).
+        exact: Whether exactly the attacked sensors are named, by `RULES`, shape (N,).
+        some: Whether any sensor is named, by `RULES`, shape (N,).
     """
 
     frames: Sequence[str]

@@ -21,7 +21,7 @@ def thesis_detected(variant: Variant) -> float | None:
 
 
 def thesis_named(variant: Variant) -> float | None:
-    """Of the LiDAR, or of the cameras that are attacked here, at r = 1 %; None likewise."""
+    """The thesis' rate of naming the LiDAR, or the attacked cameras, at r = 1 %; None likewise."""
     if not variant.of_thesis:
         return None
     positions = (0,) if is_of_lidar(variant) else ATTACKED_CAMERAS

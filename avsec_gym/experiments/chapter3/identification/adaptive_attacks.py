@@ -75,7 +75,7 @@ class AdaptiveAttacks:
         """The evidence of each kind, under each set of attacked sensors.
 
         Args:
-            part: `JUDGED`.
+            part: The part of the run: `JUDGED`.
             number: The number of the frame.
             format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """

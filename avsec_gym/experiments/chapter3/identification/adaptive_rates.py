@@ -51,7 +51,7 @@ class AdaptiveAttackRates:
 def adaptive_rates(
     results: Results, fitted: EvidenceTable, on: FittedOn, model: LikelihoodModel
 ) -> list[AdaptiveAttackRates]:
-    """For each kind and set of attacked sensors, at r = 1 %.
+    """The rates at r = 1 % for each kind and set of attacked sensors.
 
     Args:
         results: The results of a run; without `adaptive_attacks` there are no rows.

@@ -46,7 +46,7 @@ class BeyondRow:
 def beyond_rates(
     fitted: EvidenceTable, judged: Mapping[str, EvidenceTable], on: FittedOn, model: LikelihoodModel
 ) -> list[BeyondRow]:
-    """For each kind of attack and sensor how often it is detected, and this sensor alone named.
+    """How often each kind of attack on each sensor is detected, and this sensor alone named.
 
     Args:
         fitted: The frames whose clean states give the thresholds.

@@ -32,7 +32,7 @@ def exceeded(
         judged: Other frames.
         on: The sensors and the depth that the thresholds hold for.
         rate: The designated false alarm rate r.
-        criterion: See `ThresholdTable.thresholds`.
+        criterion: What counts as beyond, see `ThresholdTable.thresholds`.
     """
     chosen = ThresholdTable(on, fitted.measures[:, 0]).thresholds(rate, criterion)
     thresholds = np.array([chosen[triple].shares for triple in on.system.triples])
@@ -80,13 +80,13 @@ def detection_rates(
     criterion: Criterion = "any",
     rates: Sequence[float] = RATES,
 ) -> list[DetectionRateRow]:
-    """For each scenario and r the share of attacks detected, in every case and on average.
+    """The share of attacks detected in every case and on average, for each scenario and r.
 
     Args:
         fitted: The frames whose clean states give the thresholds.
         judged: Other frames, whose attacks are to be detected.
         on: The sensors and the depth that the thresholds hold for.
-        criterion: See `ThresholdTable.thresholds`.
+        criterion: What counts as beyond, see `ThresholdTable.thresholds`.
         rates: The values of r.
     """
     rows = []
@@ -108,7 +108,7 @@ def case_rates(
 
     Args:
         alarms: The alarms of N frames in all states, shape (N, states).
-        cases: See `attack_cases_of`.
+        cases: The sets of attacked sensors by state, see `attack_cases_of`.
         drives: The drive of each frame.
     """
     average = share_of(alarms[:, list(cases)], drives)

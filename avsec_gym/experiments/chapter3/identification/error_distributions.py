@@ -22,7 +22,7 @@ _BINS = 40
 
 @dataclass(frozen=True)
 class BesideBounds:
-    """On which side of the thesis' bounds E lies.
+    """The side of the thesis' bounds that E lies on.
 
     Args:
         bounds: The bound of clean frames and that of attacked ones, see `ERROR_BOUNDS`.
@@ -60,7 +60,7 @@ class ReferenceDistribution:
 
     Args:
         triple: Positions of its sensors.
-        largest: See `CaseDistribution`.
+        largest: The largest error, see `CaseDistribution`.
         cases: The share of frames in each bin, by the attacked sensor; ``""``, the first, is clean.
         beside: Where the thesis has bounds for this figure.
     """

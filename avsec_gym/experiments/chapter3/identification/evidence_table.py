@@ -24,7 +24,7 @@ from avsec_gym.validation.state_posterior import States, state_vectors
 
 @dataclass(frozen=True, eq=False)
 class EvidenceTable:
-    """Of N frames in some states: all 2^(n+1), in the order of `state_vectors`, or `alone`.
+    """The evidence of N frames in some states: all 2^(n+1), as in `state_vectors`, or `alone`.
 
     Args:
         system: The sensors.
@@ -49,7 +49,7 @@ class EvidenceTable:
 
     @property
     def drives(self) -> list[str]:
-        """Of each frame its drive."""
+        """The drive of each frame."""
         return [drive_of(id) for id in self.frames]
 
     @property

@@ -48,10 +48,10 @@ class IdentificationRates:
         rate: The designated false alarm rate r.
         sensors: Rates for an attack on each sensor alone, by its name.
         together: Rates by how many are attacked, as text, up to n - 2.
-        average: Over every set of up to n - 2 sensors.
+        average: The average over every set of up to n - 2 sensors.
         interval: The 95 % interval of `average`.
         reported: The same average of what the validator reports.
-        beyond: Over larger sets.
+        beyond: The share over larger sets.
         false_alarms: The share of clean frames, whichever sensor is named.
     """
 
@@ -95,7 +95,7 @@ def algorithm_2(
         judged: Other frames.
         on: The sensors and the depth that the thresholds hold for.
         rate: The designated false alarm rate r.
-        criterion: See `ThresholdTable.thresholds`.
+        criterion: What counts as beyond, see `ThresholdTable.thresholds`.
     """
     state_vector = exceeded(fitted, judged, on, rate, criterion)
     sensors, triples = len(on.system), on.system.triples
@@ -129,7 +129,7 @@ def maximum_likelihood(
         model: The likelihood model.
         judged: The frames, in all states.
         rate: The designated false alarm rate r.
-        prior: See `LikelihoodModel.posterior`.
+        prior: The probabilities of the states beforehand, see `LikelihoodModel.posterior`.
     """
     frames, states, elements = judged.shares.shape
     decoding = model.decode(judged.shares.reshape(-1, elements), rate, prior)
@@ -175,7 +175,7 @@ def identification_rates(
     sensors: int,
     rates: Sequence[float] = RATES,
 ) -> list[IdentificationRates]:
-    """For each r the share of frames in which exactly the attacked sensors were named.
+    """The share of frames in which exactly the attacked sensors were named, for each r.
 
     Args:
         conclude: A function of r that gives what is concluded of all frames in all states.

@@ -98,7 +98,7 @@ class StateEvidences:
 
 
 def alone(states: States) -> States:
-    """Those of the states in which one sensor alone is attacked."""
+    """The states in which one sensor alone is attacked."""
     return np.asarray(states[states.sum(axis=1) == 1])
 
 

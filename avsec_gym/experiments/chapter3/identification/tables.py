@@ -333,5 +333,5 @@ def error_name(triple: Sequence[int]) -> str:
 
 
 def share_cell(share: Share) -> TableCell:
-    """In percent, with its interval."""
+    """A share in percent, with its interval."""
     return figure(share.rate, share.interval, scale=100, digits=2)

@@ -24,7 +24,7 @@ def draw_repair(frame: SensorFrame, tampered: TamperedFrame, repaired: Repair) -
     """Four panels of an attacked camera's image, or of the scan in camera 2's.
 
     Args:
-        frame: Clean.
+        frame: The clean frame.
         tampered: The same frame, one sensor attacked.
         repaired: What became of it.
     """

@@ -59,13 +59,13 @@ def repair_pictures(
     count: int,
     on_progress: Progress = no_progress,
 ) -> list[RepairPicture]:
-    """Of each attack of `SHOWN` the frame with the median IoU and that with the lowest.
+    """The frames with the median IoU and with the lowest one, for each attack of `SHOWN`.
 
     Args:
         summary: The rows of a run.
-        repairs: Makes them again.
+        repairs: The object that makes the frames again.
         count: How many at most.
-        on_progress: Called with how many of how many are done.
+        on_progress: Function that gets how many of how many are done.
 
     Raises:
         DataError: The recordings are not where they were.

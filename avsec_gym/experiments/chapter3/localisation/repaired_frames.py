@@ -140,7 +140,7 @@ class RepairedFrames:
         are, ``bogus_before`` and ``bogus_after``, and whether there was one, ``bogus_clean``.
 
         Args:
-            part: `JUDGED`.
+            part: The part of the run: `JUDGED`.
             number: The number of the frame.
             format: `LOCALISATION_FORMAT`; cells of another one are done again.
         """

@@ -84,7 +84,7 @@ def baseline_summary(results: Results, configuration: Configuration) -> Baseline
 def baseline_rates(
     fitted: Floats, judged: Floats, drives: Sequence[str], system: SensorSystem = SYSTEM
 ) -> list[BaselineRow]:
-    """For each scenario, IoU and rule the share of attacks detected, in every case and on average.
+    """The share of attacks detected in every case and on average, for each scenario, IoU and rule.
 
     Args:
         fitted: Mismatches of clean frames, shape (M, pairs, IoUs, 2, 2); the pairs are those of
@@ -125,7 +125,7 @@ def largest_count(counts: Floats, rate: float) -> int:
 
     Args:
         counts: Mismatches of clean frames, shape (N,).
-        rate: r, from 0 to below 1.
+        rate: The false alarm rate r, from 0 to below 1.
 
     Example:
         >>> largest_count(np.array([0, 3, 1, 2]), 0.25)

@@ -33,7 +33,7 @@ class BelievedRow:
     Args:
         detector: The detector.
         kind: The kind, one of `PLANES` and `CARS`.
-        taken: Judged frames in which they were.
+        taken: The share of judged frames in which they are.
         clean: Frames in which there was an obstacle at that place in the clean scan.
         newly: Frames in which there was one in the attacked scan alone.
     """
@@ -60,7 +60,7 @@ class BelievedSummary:
 
 
 def believed_summary(results: Results, configuration: Configuration) -> BelievedSummary | None:
-    """Of a run; None with fewer than `FEWEST` frames."""
+    """The summary of a run; None with fewer than `FEWEST` frames."""
     options = {**BELIEVED_OPTIONS, **configuration.options}
     detectors = options["believers"].split(",")
     objects = {name: score_threshold(results, TRUTH, found_setting(name)) for name in detectors}

@@ -23,7 +23,7 @@ def car_precision(
     metric: str,
     least_iou: float,
 ) -> Precisions:
-    """Of one detector; of the same frames, the bootstrap samples are the same.
+    """The precision of one detector; bootstrap samples of the same frames are the same.
 
     Args:
         truth: The labelled boxes, by frame.
@@ -67,7 +67,7 @@ class PrecisionAtLevel:
 
 
 def precision_rows(clean: Precisions, attacked: Precisions) -> dict[str, PrecisionAtLevel]:
-    """For each level the precision, and what is lost against clean."""
+    """The precision at each level, and what is lost against clean."""
     rows = {}
     for level, now in attacked.items():
         lost = clean[level] - now

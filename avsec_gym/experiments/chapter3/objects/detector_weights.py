@@ -21,7 +21,7 @@ def lidar_detector(name: str, options: Mapping[str, Any]) -> Detector:
 
     Args:
         name: ``pixor``, ``pointrcnn``, or one that a plug-in registered, which has its own weights.
-        options: See `WEIGHT_OPTIONS`.
+        options: Options with the weights, see `WEIGHT_OPTIONS`.
     """
     detector: Detector = make(Kind.DETECTOR, _with_weights(name, options))
     return detector

@@ -18,7 +18,7 @@ _RATE = 0.01
 
 
 def optical_sentences(summaries: OpticalSummaries) -> list[str]:
-    """Of the parts that a run has figures of.
+    """Sentences on the parts that a run has figures of.
 
     Args:
         summaries: The results of a run.

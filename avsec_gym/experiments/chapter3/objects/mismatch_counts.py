@@ -34,7 +34,7 @@ def mismatch_counts(
     Args:
         results: The results of a run.
         part: `FITTED`, whose frames are without an attack, or `JUDGED`.
-        thresholds: See `score_thresholds`.
+        thresholds: The least score of a counted box by detector, see `score_thresholds`.
 
     Returns:
         Shape (N, pairs, IoUs, 2, 2), NaN for states that lack: the pairs are those of the system,

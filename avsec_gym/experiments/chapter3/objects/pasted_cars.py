@@ -93,7 +93,7 @@ class CarsOfFrames:
 
 
 def scans_of_cars(frame: SensorFrame, labels: Boxes3D | None) -> list[ObjectScan]:
-    """Of a frame's labelled cars up to `FARTHEST`, with `FEWEST_POINTS` or more, nearest first.
+    """Scans of labelled cars up to `FARTHEST`, with `FEWEST_POINTS` or more, nearest first.
 
     Raises:
         DataError: The scan is missing or broken.

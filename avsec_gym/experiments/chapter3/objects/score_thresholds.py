@@ -26,13 +26,13 @@ USUAL = 0.3
 
 @dataclass(frozen=True)
 class ScoreThreshold:
-    """From which score on a box counts as an object.
+    """The score from which on a box counts as an object.
 
     Args:
         score: The score.
         precision: Precision on the fitted frames (cars, moderate, IoU 0.5 from above or in the
             image); None: not known.
-        recall: The same.
+        recall: Recall on the fitted frames; None: not known.
     """
 
     score: float
@@ -41,7 +41,7 @@ class ScoreThreshold:
 
 
 def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, ScoreThreshold]:
-    """Of the LiDAR's detector, ``lidar``, and of the images', ``camera``.
+    """The thresholds of the LiDAR's detector, ``lidar``, and of the images', ``camera``.
 
     Args:
         results: The results of a run.
@@ -64,7 +64,7 @@ def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, 
 def score_threshold(
     results: Results, truth_of: str, found_of: str, seen: int = FROM_ABOVE
 ) -> ScoreThreshold:
-    """Of one detector, from clean frames.
+    """The threshold of one detector, from clean frames.
 
     Args:
         results: The results of a run.

@@ -113,7 +113,7 @@ class SensitivitySummary:
 
     @property
     def curves(self) -> dict[str, SensitivityCurve]:
-        """By `LIDAR` and `CAMERA`."""
+        """The curves of `LIDAR` and of `CAMERA`."""
         return {LIDAR: self.lidar, CAMERA: self.camera}
 
 

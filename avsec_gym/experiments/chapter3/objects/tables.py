@@ -76,7 +76,7 @@ class OpticalSummaries:
 
 
 def tables_of_optical_attacks(summaries: OpticalSummaries) -> list[Table]:
-    """Those that a run has figures of.
+    """The tables that a run has figures of.
 
     Args:
         summaries: The results of a run.

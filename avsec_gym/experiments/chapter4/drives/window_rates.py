@@ -61,10 +61,10 @@ class WindowRates:
         drives: The most attack-free drives that alarm, with 95 % confidence, see
             `bound_on_false_alarms`.
         detected: The attacked windows that alarm.
-        of_decidable: Those of them in which the ghost is decidable at some instant.
-        by_highest: Those that a single instant would detect: its highest score above a threshold
-            that as many attack-free windows of the fitted drives exceed.  Without a case where the
-            rate is None.
+        of_decidable: The share of those in which the ghost is decidable at some instant.
+        by_highest: The share that a single instant would detect: its highest score above a
+            threshold that as many attack-free windows of the fitted drives exceed.  Without a case
+            where the rate is None.
     """
 
     method: Method

@@ -33,8 +33,8 @@ def strips_of(
         run: The run.
         outcomes: The run's outcomes, if it has any of chapter 5.
         request: The number of pictures that are asked for.
-        choose: Picks the shown episodes, of the outcomes, at most how many, and the least score of
-            a detection that is planned on; None: `telling_scenes`.
+        choose: The function that picks the shown episodes, of the outcomes, at most how many, and
+            the least score of a detection that is planned on; None: `telling_scenes`.
     """
     from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
 

@@ -119,7 +119,7 @@ def scene_strips(
         telling: The episodes.
         outcomes: The outcomes of the run.
         episodes: The work that repeats them.
-        on_progress: Called with the number that is done, and of all.
+        on_progress: Function that gets the number that is done, and of all.
 
     Raises:
         DataError: An image is no longer there.

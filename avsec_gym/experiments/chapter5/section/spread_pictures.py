@@ -71,7 +71,7 @@ def shown_spreads(
     Args:
         rows: The spread in each layer.
         spreads: The work that makes the maps.
-        on_progress: Called with the number of maps that are done, and of all.
+        on_progress: Function that gets the number of maps that are done, and of all.
 
     Raises:
         DataError: Weights, patches or scenes are no longer there.

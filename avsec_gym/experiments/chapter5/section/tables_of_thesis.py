@@ -44,7 +44,7 @@ _GROUPS = {
 
 
 def tables_of_thesis(figures: ChapterFigures) -> list[Table]:
-    """Those that the run has figures for."""
+    """The tables that the run has figures for."""
     attacks = figures.of_attacks
     safety = [row for row in attacks.safety if not row.condition.whole_levels] if attacks else []
     precision = (

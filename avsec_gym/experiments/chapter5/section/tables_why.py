@@ -26,7 +26,7 @@ IMAGE_WORDS = {NOISE: "on noise", SCENES: "on scenes"}
 
 
 def ghost_table(rows: Sequence[GhostRow]) -> Table:
-    """On the road, beside it, and what chance would give."""
+    """The share of ghosts on the road and beside it, and what chance would give."""
     lines = []
     for row in rows:
         condition, found = row.condition, row.summary

@@ -190,7 +190,7 @@ _12G = replace(
     ),
 )
 FIRST_SMALL = DsgnConfiguration(
-    # Columns tell disparity, and with it depth; rows do not.
+    # Disparity, and with it depth, lies in the columns, not in the rows.
     input_size=(128, 768),
     padded_size=(128, 768),
     features=FeatureConfiguration(

@@ -39,7 +39,7 @@ class AnchorTargets:
             the class logits of `DsgnOutput`.
         corners: The corners of their objects, less the anchor's place, shape (P, 8, 3), metres.
         centerness: How close each is to its object, 1 for the closest, shape (P,).
-        reversed: 1 where the object heads the other way than its corners tell, 0 elsewhere, shape
+        reversed: 1 where the object heads the other way than its corners show, 0 elsewhere, shape
             (P,).  With half turns, corners are those of the box or of the box turned round, whose
             are closer to the anchor's.
     """
@@ -50,7 +50,7 @@ class AnchorTargets:
     reversed: Tensor
 
     def to(self, like: Tensor) -> AnchorTargets:
-        """On the device of a tensor, with its floating type."""
+        """The targets on the device of a tensor, with its floating type."""
         image, angle, category, row, column = (part.to(like.device) for part in self.index)
         return AnchorTargets(
             (image, angle, category, row, column),

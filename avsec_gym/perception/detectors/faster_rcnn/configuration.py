@@ -21,8 +21,8 @@ class FasterRcnnConfiguration:
         categories: What is found, the background left out.
         input_size: Height and width that images are resized to, pixels; None resizes so that the
             shorter side has `short_side` pixels, or the longer one `long_side`.
-        short_side: See `input_size`.
-        long_side: See `input_size`.
+        short_side: Length of the images' short side, pixels, see `input_size`.
+        long_side: Greatest length of the images' long side, pixels, see `input_size`.
         mean: The means of red, green and blue, grey levels 0..255.
         deviation: What the difference to the mean is divided by.
         stem_channels: Channels after the first convolution.

@@ -21,13 +21,13 @@ from avsec_gym.perception.nn.region_pooling import COARSEST, FINEST, pooled_regi
 from avsec_gym.perception.nn.resnet import EXPANSION, freeze_body, residual_stages, stem
 
 BINS = 7
-"""Along a side of a pooled region."""
+"""The number of bins along a side of a pooled region."""
 _CANONICAL_LEVEL = 4
 
 
 @dataclass(frozen=True, eq=False)
 class RegionBoxOutput:
-    """Of the box head, for N regions of each of B images and K classes (0 is the background).
+    """The output of the box head, for N regions of each of B images and K classes (0: background).
 
     Args:
         class_logits: The class logits, shape (B, N, K).
@@ -100,7 +100,7 @@ class FasterRcnnNetwork(nn.Module):
         return RegionBoxOutput(self.class_logits(hidden), deltas)
 
     def train(self, mode: bool = True) -> Self:
-        """As `torch.nn.Module.train`, but freezes (again) what the configuration has frozen."""
+        """`torch.nn.Module.train`, which freezes (again) what the configuration has frozen."""
         super().train(mode)
         numbers = self.configuration
         freeze_body(self, tuple(self.body), numbers.frozen_stages, numbers.normalisation)

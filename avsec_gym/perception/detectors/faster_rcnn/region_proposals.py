@@ -18,7 +18,7 @@ from avsec_gym.perception.nn.region_counts import ProposalCount
 
 @dataclass(frozen=True, eq=False)
 class RpnOutput:
-    """Of B images with A anchors each, P2 first, then row by row.
+    """The proposal network's output for B images with A anchors each, P2 first, then row by row.
 
     Args:
         logits: The logits of there being an object, shape (B, A).

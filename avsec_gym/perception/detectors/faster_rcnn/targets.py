@@ -1,4 +1,4 @@
-"""What the network should have said: sampled anchors and regions and their targets.
+"""What the network should learn to give: sampled anchors, regions and their targets.
 
 A `RegionSamples` holds every choice that is not differentiable (which anchors, which regions,
 which object each belongs to), so that with one of them fixed the loss is a function of the pixels
@@ -31,7 +31,7 @@ _REGION_OVERLAP = 0.5
 
 @dataclass(frozen=True, eq=False)
 class RegionSamples:
-    """Of B images with A anchors and R sampled regions each.
+    """Samples of B images with A anchors and R sampled regions each.
 
     Args:
         anchor_labels: 1 object, 0 background, -1 not sampled, shape (B, A).

@@ -60,7 +60,7 @@ class BirdEyeRegion:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Of the network's input: a channel for each slice and one of reflectance."""
+        """The shape of the network's input: a channel for each slice and one of reflectance."""
         return self.slices + 1, self.rows, self.columns
 
 
@@ -78,15 +78,15 @@ class PixorConfiguration:
         laterals: Channels on the way back up, coarsest first; the last are those of the header.
         header_relu: A ReLU behind each convolution of the header, as in the paper; the public
             code has none.
-        field_of_view: Degrees, about the x axis, in which anything is found: that of the camera
-            whose images the labels were made on.
+        field_of_view: The angle about the x axis in which anything is found, degrees: that of the
+            camera whose images the labels were made on.
         mean: The mean of the six values of a cell with an object (see `cell_coding`); the network
             learns them less the mean, over the deviation.
         deviation: The standard deviation of these values.
         focus: Exponent of the focal loss; 0: cross entropy, as in the public code.
         box_weight: The weight of the values in the loss.
         category: What is looked for.
-        object_height: The object height, metres, given to every box, since nothing is said of
+        object_height: The object height, metres, given to every box, since the network finds no
             heights: the mean of KITTI's cars.
 
     Raises:

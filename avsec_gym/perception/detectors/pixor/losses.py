@@ -22,8 +22,8 @@ def pixor_losses(
     Args:
         output: The output of the network; cells outside its field of view do not count.
         targets: The targets of the same scans.
-        configuration: The network's; with a `focus`, classification is the focal loss over the
-            number of positive cells; without, cross entropy, averaged over all cells.
+        configuration: The configuration of the network; with a `focus`, classification is the focal
+            loss over the number of positive cells; without, cross entropy, averaged over all cells.
     """
     logits, values = (_at_least_single(part) for part in (output.logits, output.values))
     judged = targets.judged & output.in_view

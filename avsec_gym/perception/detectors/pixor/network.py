@@ -23,7 +23,7 @@ _PRIOR = 0.01
 
 @dataclass(frozen=True, eq=False)
 class PixorOutput:
-    """What is said of each cell, for B scans.
+    """The output for each cell of B scans.
 
     Args:
         logits: The logits of an object, shape (B, rows, columns).

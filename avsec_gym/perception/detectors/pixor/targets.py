@@ -16,7 +16,7 @@ from avsec_gym.perception.detectors.pixor.configuration import PixorConfiguratio
 
 @dataclass(frozen=True, eq=False)
 class PixorTargets:
-    """Of B scans.
+    """Targets of B scans.
 
     Args:
         positive: Cells on an object, shape (B, rows, columns).
@@ -29,7 +29,7 @@ class PixorTargets:
     values: Tensor
 
     def to(self, device: torch.device | str) -> PixorTargets:
-        """On another device."""
+        """The targets on another device."""
         return PixorTargets(
             self.positive.to(device), self.judged.to(device), self.values.to(device)
         )

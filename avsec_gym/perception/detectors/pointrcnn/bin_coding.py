@@ -52,7 +52,7 @@ class BinCoding:
 
     @property
     def bins(self) -> int:
-        """Of x, and of z."""
+        """The numbers of bins of x, and of z."""
         return round(2 * self.scope / self.bin)
 
     @property
@@ -136,7 +136,7 @@ class CodeParts:
         y: The height y, metres, shape (N, 1).
         heading_bins: Logits, shape (N, headings).
         heading: The turn from the middle of each bin, in half bins, shape (N, headings).
-        size: Beyond the mean one, as its share, shape (N, 3).
+        size: What the size is beyond the mean one, as its share, shape (N, 3).
     """
 
     x_bins: Tensor

@@ -83,7 +83,7 @@ class ProposalRule:
 
 @dataclass(frozen=True)
 class RegionSampling:
-    """From which proposals the second stage learns, by their overlap with the truth (3D IoU).
+    """How proposals for the second stage to learn from are chosen, by IoU with the truth in 3D.
 
     Args:
         regions: The number of regions of each scan.
@@ -113,11 +113,11 @@ class Refinement:
 
     Args:
         points: The number of points that are looked at in each proposal.
-        margin: About it, metres.
+        margin: The margin about it, metres.
         inputs: Channels of the layers on coordinates, segmentation and distance.
         levels: The last one makes one of all points.
         head: Channels of the hidden layers of confidence and of boxes.
-        is_normalised: See `PointLayer`.
+        is_normalised: Whether its layers are normalised, see `PointLayer`.
         coding: The coding of boxes.
     """
 

@@ -46,7 +46,7 @@ _SMALL_RULE = PointRcnnDecodingRule(least_score=0.05)
 
 
 class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork]):
-    """Finds cars among the points of a scan; the image serves only to tell what is in view.
+    """Finds cars among the points of a scan; the image serves only to know what is in view.
 
     Which points are looked at, where there are more than the network takes, is drawn by chance,
     the same for the same scan.  Its `network` stands in evaluation mode and its weights are

@@ -41,7 +41,7 @@ class PointRcnnNetwork(nn.Module):
         self.rcnn_net = RefinementNetwork(configuration)
 
     def forward(self, points: Tensor) -> PointRcnnOutput:
-        """As in use: points in the camera frame, shape (B, N, 3)."""
+        """Detect as in use: points in the camera frame, shape (B, N, 3)."""
         output = self.rpn(points)
         proposed = self.propose(output)
         boxes = [proposals.boxes for proposals in proposed]

@@ -46,14 +46,15 @@ def points_in_view(frame: SensorFrame, view: PointView) -> NDArray[np.float32]:
 def sampled_points(
     places: NDArray[np.float32], view: PointView, randomness: np.random.Generator | None = None
 ) -> NDArray[np.float32]:
-    """As many points as the network takes, in random order.
+    """The number of points that the network takes, in random order.
 
     Args:
         places: The places, shape (M, 3), M at least 1; where there are too few, some come
             repeatedly.
         view: How many, and which are preferred.
-        randomness: Draws.  None: chance lies in the points themselves, so that the same ones are
-            taken of the same scan in whatever order, and more points push out only as many.
+        randomness: The generator that draws the points.  None: chance lies in the points
+            themselves, so that the same ones are taken of the same scan in whatever order, and more
+            points push out only as many.
 
     Returns:
         Shape (points, 3).

@@ -22,7 +22,7 @@ _BOX_DEVIATION = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class PointOutput:
-    """What is said of each point, for B scans.
+    """The output for each point of B scans.
 
     Args:
         points: Camera frame, shape (B, N, 3).
@@ -73,7 +73,7 @@ def point_head(
     dropout: float,
     is_normalised: bool = True,
 ) -> nn.Sequential:
-    """Layers from features to what is said, with a dropout behind the first."""
+    """Layers from features to the outputs, with a dropout behind the first."""
     layers: list[nn.Module] = []
     for channels in hidden:
         layers.append(PointLayer(inputs, channels, dimensions=1, is_normalised=is_normalised))

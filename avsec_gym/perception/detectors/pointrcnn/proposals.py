@@ -22,7 +22,7 @@ _SMALLEST = 0.1
 
 @dataclass(frozen=True, eq=False)
 class ScanProposals:
-    """Of one scan, best score first.
+    """The proposals of one scan, best score first.
 
     Args:
         boxes: Rows as `points_in_boxes` takes them, camera frame, shape (M, 7).
@@ -52,7 +52,7 @@ def proposals(output: PointOutput, coding: BinCoding, rule: ProposalRule) -> lis
 
 
 def point_boxes(points: Tensor, codes: Tensor, coding: BinCoding) -> Tensor:
-    """Boxes (N, 7) that points (N, 3) tell by codes (N, channels)."""
+    """Boxes (N, 7) of points (N, 3), decoded from codes (N, channels)."""
     boxes = _with_size(coding.decode(codes))
     boxes[:, :3] += points
     boxes[:, 1] += boxes[:, 3] / 2
@@ -60,7 +60,7 @@ def point_boxes(points: Tensor, codes: Tensor, coding: BinCoding) -> Tensor:
 
 
 def refined_boxes(boxes: Tensor, codes: Tensor, coding: BinCoding) -> Tensor:
-    """Boxes (N, 7) that codes (N, channels) tell, each in the frame of a given box (N, 7)."""
+    """Boxes (N, 7) decoded from codes (N, channels), each in the frame of a given box (N, 7)."""
     refined = _with_size(coding.decode(codes))
     along, across = refined[:, 0], refined[:, 2]
     cos, sin = torch.cos(boxes[:, 6]), torch.sin(boxes[:, 6])

@@ -28,7 +28,7 @@ _EXTRAS = 5
 
 @dataclass(frozen=True, eq=False)
 class RefinementOutput:
-    """What is said of R proposals.
+    """The output for R proposals.
 
     Args:
         logits: The logits that it is an object, shape (R,).

@@ -29,7 +29,7 @@ of these by chance."""
 
 @dataclass(frozen=True, eq=False)
 class PointTargets:
-    """Of N points.
+    """Targets of N points.
 
     Args:
         labels: 1 on an object, 0 background, -1 neither, shape (N,).
@@ -42,7 +42,7 @@ class PointTargets:
 
 @dataclass(frozen=True, eq=False)
 class RegionTargets:
-    """Of R sampled proposals.
+    """Targets of R sampled proposals.
 
     Args:
         regions: The proposals, shape (R, 7).
@@ -60,7 +60,7 @@ class RegionTargets:
 def point_targets(
     points: Tensor, objects: Tensor, margin: float, ignored: Tensor | None = None
 ) -> PointTargets:
-    """Of one scan.
+    """The targets of one scan.
 
     Args:
         points: The points, shape (N, 3).
@@ -113,7 +113,7 @@ def region_targets(proposals: Tensor, objects: Tensor, sampling: RegionSampling)
 
 
 def joined(parts: Sequence[RegionTargets]) -> RegionTargets:
-    """Those of several scans, one after the other."""
+    """The targets of several scans, one after the other."""
     return RegionTargets(
         torch.cat([part.regions for part in parts]),
         torch.cat([part.labels for part in parts]),

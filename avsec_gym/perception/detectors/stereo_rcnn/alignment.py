@@ -21,8 +21,8 @@ class Alignment:
         most_pixels: A box is thinned out to less than twice so many rows and columns.
         most_difference: A larger difference of a pixel's colour counts as this much, grey levels;
             None: all count in full.  What mirrors or is hidden in one view differs at any depth.
-        parabola: Refine the best fine step by a parabola through it and its neighbours.
-        disparity_offset: Added to the disparity in the end, pixels.
+        parabola: Whether the best fine step is refined by a parabola through it and its neighbours.
+        disparity_offset: The number of pixels that is added to the disparity in the end.
         side_inset: How far a car's flanks lie inside of its box, metres.
         front_inset: How far its front does.
         rear_inset: How far its rear does.

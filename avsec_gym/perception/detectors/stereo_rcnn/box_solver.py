@@ -94,7 +94,7 @@ def solve_boxes(
     Args:
         observed: N boxes.
         camera: The camera that saw them.
-        depth: Known z of the centres, shape (N,); x, y and yaw are solved then.
+        depth: The known z of the centres, shape (N,); x, y and yaw are solved then.
     """
     problem = _Problem(observed, camera, depth)
     state = problem.initial_state()
@@ -163,7 +163,7 @@ class _Problem:
         return np.column_stack([x, y, z, self.alpha + np.pi / 2 + np.arctan2(x, z)])
 
     def take_extreme_corners(self, state: Floats) -> None:
-        """Those at the ends of the box that `state` describes, by what both cameras see of it."""
+        """Take the corners at the ends of the box of `state`, by what both cameras see of it."""
         x, z = self._corner_positions(state, np.tile(np.arange(4), (len(state), 1)))
         u = x / z
         below = state[:, 1] > self.observed.dimensions[:, 0]

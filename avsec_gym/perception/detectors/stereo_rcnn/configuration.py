@@ -27,7 +27,7 @@ class StereoRcnnConfiguration:
         categories: What is found, the background left out.
         input_size: Height and width that images are resized to, pixels; None resizes so that the
             shorter side has `short_side` pixels.
-        short_side: See `input_size`.
+        short_side: Length of the images' short side, pixels, see `input_size`.
         blue_first: Whether channels go in as blue, green, red; else red, green, blue.
         mean: The mean of each channel as it goes in, grey levels 0..255.
         deviation: What the difference to the mean is divided by.

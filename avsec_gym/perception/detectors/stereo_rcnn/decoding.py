@@ -164,7 +164,7 @@ def observed_boxes(
 
 
 def keypoint_certainty(keypoints: KeypointOutput, image: int, count: int) -> Floats:
-    """How surely the keypoint is where it is said to be, of an image's first regions, (count,)."""
+    """The probability of the keypoint's column in each of an image's first regions, (count,)."""
     probabilities = keypoints.corner_logits[image, :count].softmax(-1)
     return np.asarray(probabilities.amax(-1).double().cpu().numpy())
 
@@ -174,7 +174,7 @@ class EvidencedBoxes:
     """Boxes, and what speaks for each of them beside its class.
 
     Args:
-        boxes: N, with the network's own scores.
+        boxes: The N boxes, with the network's own scores.
         evidence: The evidence in the order of `EVIDENCE`, shape (N, 3).
     """
 

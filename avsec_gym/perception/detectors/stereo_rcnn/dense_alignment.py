@@ -28,7 +28,7 @@ _ELSEWHERE = 0.12
 
 
 class AlignedDepths(NamedTuple):
-    """Of N boxes."""
+    """The depths of N boxes."""
 
     depth: Floats
     """z in the left camera's frame, shape (N,), metres; the solver's where nothing was found."""
@@ -149,6 +149,7 @@ def _surface_pixels(
         room += max(0, bottom - top) * max(0, last - first)
     us, vs = np.empty(room, np.int64), np.empty(room, np.int64)
     behind, start = np.empty(room), np.zeros(count + 1, np.int64)
+    # Invariant: the first `used` places are filled, box by box; box i begins at start[i].
     used = 0
     for i in range(count):
         # The camera's centre in the axes of the box.

@@ -160,7 +160,7 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         Args:
             batch: B pairs.
             truth: What is really there, for each pair.
-            disparity: Not used.
+            disparity: An argument of the interface that is not used.
             sampling: Proposals and samples as `draw` gave them, which makes the loss a smooth
                 function of the pixels; drawn anew if None.
         """

@@ -18,7 +18,7 @@ BOX_BINS, KEYPOINT_BINS = 7, 14
 
 @dataclass(frozen=True, eq=False)
 class PairBoxOutput:
-    """Of the box head, for N regions of each of B images and K classes (0 is the background).
+    """The output of the box head, for N regions of each of B images and K classes (0: background).
 
     Args:
         class_logits: The class logits, shape (B, N, K).
@@ -43,7 +43,7 @@ class PairBoxOutput:
 
 @dataclass(frozen=True, eq=False)
 class KeypointOutput:
-    """Of the keypoint head: logits over the 28 columns of a region of the left image.
+    """The keypoint head's output: logits over the 28 columns of a region of the left image.
 
     Args:
         logits: Four bottom corners, the left and the right visible border, shape (B, N, 6, 28).
@@ -71,7 +71,7 @@ def pool_regions(
         pyramid: The pyramid of B images of one view.
         regions: x1, y1, x2, y2, pixels of the network's input, shape (B, N, 4).
         bins: The number of bins along a side.
-        configuration: Gives the canonical size and the sampling ratio.
+        configuration: The configuration, with the canonical size and the sampling ratio.
 
     Returns:
         Features, shape (B * N, C, bins, bins).

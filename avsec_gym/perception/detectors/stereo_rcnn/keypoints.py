@@ -62,7 +62,7 @@ class StereoTruth:
         return np.hstack([least, np.maximum(self.left, self.right)[:, 2:]])
 
     def resized(self, height: float, width: float) -> StereoTruth:
-        """In pixels of images that are so many times as high and as wide."""
+        """The keypoints in pixels of images that are so many times as high and as wide."""
         scale = np.array([width, height, width, height])
         return replace(
             self,

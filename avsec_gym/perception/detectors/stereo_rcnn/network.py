@@ -176,7 +176,7 @@ class StereoRcnnNetwork(nn.Module):
         return KeypointOutput(maps.sum(2).unflatten(0, left_regions.shape[:2]))
 
     def train(self, mode: bool = True) -> Self:
-        """As `torch.nn.Module.train`, but freezes (again) what the configuration has frozen."""
+        """`torch.nn.Module.train`, which freezes (again) what the configuration has frozen."""
         super().train(mode)
         body = (
             self.RCNN_layer0,

@@ -45,7 +45,7 @@ def propose(
         output: The output of the stereo proposal network.
         count: Pairs before and after suppression.
         overlap: The overlap above which a worse region is suppressed.
-        exact: See `decode_stereo`.
+        exact: Whether boxes are decoded exactly, see `decode_stereo`.
         least_side: Pairs with a lower or narrower box are dropped, pixels.
     """
     pairs, classes = len(output.scores), output.scores
@@ -79,8 +79,8 @@ def decode_stereo(
         left: Anchors or regions of the left image, shape (..., 4).
         right: The same of the right image, shape (..., 4).
         deltas: dx, dy, dw, dh of the left box, dx, dw of the right one, shape (..., 6).
-        exact: Undo `encode_stereo`; the published code lets a box of w pixels end at x1 + w, so
-            that it comes out a pixel wider and higher.
+        exact: Whether `encode_stereo` is undone; the published code lets a box of w pixels end at
+            x1 + w, so that it comes out a pixel wider and higher.
 
     Returns:
         Left and right boxes, shape (..., 4) each.

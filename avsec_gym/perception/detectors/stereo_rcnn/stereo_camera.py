@@ -32,7 +32,7 @@ class StereoCamera:
     def of_projections(
         cls, left: ArrayLike, right: ArrayLike, size: tuple[int, int]
     ) -> StereoCamera:
-        """From KITTI's two matrices P, each of shape (3, 4), and the size of the images."""
+        """The camera of KITTI's two matrices P, of shape (3, 4), and of the images' size."""
         left, right = np.asarray(left, float), np.asarray(right, float)
         offset = np.linalg.solve(left[:, :3], left[:, 3])
         baseline = (left[0, 3] - right[0, 3]) / left[0, 0]

@@ -15,7 +15,7 @@ from avsec_gym.perception.nn.feature_pyramid import STRIDES, FeaturePyramid
 
 @dataclass(frozen=True, eq=False)
 class StereoRpnOutput:
-    """Of B pairs with A anchors each, P2 first, then row by row.
+    """The proposal network's output for B pairs with A anchors each, P2 first, then row by row.
 
     Args:
         logits: Background and foreground, as the loss takes them, shape (B, A, 2).

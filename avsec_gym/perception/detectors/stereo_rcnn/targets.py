@@ -1,4 +1,4 @@
-"""What the network should have said: sampled anchors and regions and their targets (SPEC 3, 5).
+"""What the network should learn to give: sampled anchors, regions and targets (SPEC 3, 5).
 
 A `PairSamples` holds every choice that is not differentiable (which anchors, which regions, which
 object each belongs to), so that with one of them fixed the loss is a function of the pixels alone.
@@ -32,14 +32,14 @@ DIMENSION_MEANS = (1.6, 1.5, 4.0, 0.0, 0.0)
 DIMENSION_DEVIATION = 0.5
 """...and over this."""
 KEYPOINT_CELLS = 28
-"""Across a region of the left image."""
+"""The number of cells across a region of the left image."""
 
 _REGION_OVERLAP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class PairSamples:
-    """Of B images with A anchors and R sampled regions each.
+    """Samples of B images with A anchors and R sampled regions each.
 
     Args:
         anchor_labels: 1 object, 0 background, -1 not sampled, shape (B, A).

@@ -25,7 +25,7 @@ class YoloConfiguration:
         categories: What is found.
         input_size: Height and width that images are resized to, pixels, multiples of 32; None
             resizes so that the longer side has `long_side` pixels, and rounds to such multiples.
-        long_side: See `input_size`.
+        long_side: Length of the images' long side, pixels, see `input_size`.
         mean: The means of red, green and blue, grey levels 0..255.
         deviation: What the difference to the mean is divided by.
         stem_channels: Channels after the first convolution.
@@ -89,7 +89,7 @@ class YoloConfiguration:
 
     @property
     def numbers(self) -> int:
-        """What is said of each box: four of its place, objectness, and a logit of each class."""
+        """The number of outputs of a box: four of place, objectness, and a logit of each class."""
         return 5 + len(self.categories)
 
     def size_for(self, height: int, width: int) -> tuple[int, int]:

@@ -22,7 +22,7 @@ _OBJECTNESS = 4
 
 @dataclass(frozen=True, eq=False)
 class YoloOutput:
-    """Of B images with P boxes each: finest scale first, then row by row, prior by prior.
+    """Outputs for B images with P boxes each: finest scale first, row by row, prior by prior.
 
     Args:
         logits: t_x, t_y, t_w, t_h, of objectness, of each of K classes, shape (B, P, 5 + K).
@@ -48,7 +48,7 @@ class YoloOutput:
 
 
 class YoloNetwork(nn.Module):
-    """From normalised images to what is said of every box.
+    """A network from normalised images to the outputs for every box.
 
     Args:
         configuration: The numbers.

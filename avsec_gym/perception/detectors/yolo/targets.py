@@ -17,7 +17,7 @@ from avsec_gym.perception.nn.box_coding import overlaps
 
 @dataclass(frozen=True, eq=False)
 class YoloTargets:
-    """Of B images with P boxes each and N objects in all.
+    """Targets of B images with P boxes each and N objects in all.
 
     With these fixed, the loss is a smooth function of the pixels.
 

@@ -50,7 +50,7 @@ class InstantAttack(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the attack in results."""
+        """The name of the attack in results."""
         ...
 
     def attack(self, instant: RecordedInstant, seed: Seed = 0) -> AttackedInstant | None:

@@ -19,7 +19,7 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 
 GhostArea = Literal["anywhere", "path", "blind_spot"]
 """Where a ghost is put: on any free ground (the thesis), in the victim's path, or where the rays of
-the other vehicles tell least."""
+the other vehicles show least."""
 
 
 def place_in_path(sweep: RollingSweep, distance: float) -> tuple[float, float]:

@@ -40,10 +40,10 @@ class MovingGhost:
         speed: The ghost's speed, m/s; None: that of the victim when it begins, so that it stays
             ahead.
         step: Seconds between two instants of a drive.
-        scan: As of `PastedObject`.
-        fewest: As of `PastedObject`.
-        rays_lost: As of `PastedObject`.
-        laser: As of `PastedObject`.
+        scan: The scan that is pasted, as of `PastedObject`.
+        fewest: The fewest points of the pasted object, as of `PastedObject`.
+        rays_lost: Whether the victim's rays that meet the ghost are lost, as of `PastedObject`.
+        laser: The limits of the spoofing laser, as of `PastedObject`.
         name: Name of the attack in results.
 
     Raises:
@@ -102,7 +102,7 @@ class GhostOnItsWay:
     """A ghost that has begun to move.
 
     Args:
-        paste: Puts it into scans.
+        paste: The object that puts it into scans.
         begun: The ghost at its first instant.
         in_world: Its pose in the world then, shape (4, 4).
         velocity: Its velocity along the world's x and y, m/s, shape (2,).

@@ -62,7 +62,7 @@ class PastedObject:
     It stands on the ground, where the victim's rays ended on nothing, and turned such that the
     sides that were scanned face the victim's LiDAR, as they must to be seen.  A place is drawn
     anywhere, as in the thesis, or chosen to matter: in the victim's path, or where the rays of the
-    others tell least of it, of a dozen free places.
+    others show least of it, of a dozen free places.
 
     Args:
         vehicle: Number of the victim; None: drawn.
@@ -224,7 +224,7 @@ class PlacedGhost:
     Args:
         victim: Number of the victim.
         scan: The scan that is pasted.
-        pose: From the ghost's own frame to the victim's velodyne frame, shape (4, 4).
+        pose: The transform from the ghost's own frame to the victim's velodyne frame, shape (4, 4).
     """
 
     victim: int
@@ -233,7 +233,7 @@ class PlacedGhost:
 
 
 _CANDIDATES = 12
-"""Free places of which the one is chosen that the others' rays tell least of."""
+"""Free places of which the one is chosen that the others' rays show least of."""
 _FEW = 3
 """So many stray returns may be where a ghost is put."""
 

@@ -34,7 +34,7 @@ class SeenObject:
 
     @property
     def distance(self) -> float:
-        """From the LiDAR along the ground, metres."""
+        """The distance from the LiDAR along the ground, metres."""
         return float(np.hypot(*self.pose[:2, 3]))
 
 

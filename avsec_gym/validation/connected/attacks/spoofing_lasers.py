@@ -40,7 +40,7 @@ class SpoofingLaser:
     sector: float
 
     def placeable(self, points: Points) -> Points:
-        """Those of a ghost's points that the laser can place, in their order.
+        """A ghost's points that the laser can place, in their order.
 
         The laser aims at the sector with the most of them; too many are thinned evenly, by azimuth.
 

@@ -67,8 +67,8 @@ def exchange_both(
     Args:
         scans: The scan of each vehicle, by number.
         constants: What evidence is worth.
-        proposer: Proposes regions of a scan, all around.
-        mesher: Makes surfaces.
+        proposer: The function that proposes regions of a scan, all around.
+        mesher: The mesher, which makes surfaces.
         budget: What a vehicle sends beside its crops.
         wire: What arrives of each message.
         motions: What each vehicle knows of what moves; None: all stands.

@@ -31,7 +31,7 @@ FEATURES = (
 """Counts of rays and distances to vehicles as log(1 + x), ratios in nats, distances of surfaces in
 metres; 0 where nothing was compared."""
 _LARGEST_RATIO = 30.0
-"""Nats beyond which ratios say no more."""
+"""Nats beyond which ratios count no more."""
 _FARTHEST = 100.0
 """Metres: how far a vehicle is that does not exist, or whose pose did not arrive."""
 
@@ -54,7 +54,7 @@ class RegionEvidence:
     poses: Mapping[int, Floats]
 
     def compared(self, rates: RayRates) -> NDArray[np.bool_]:
-        """In which regions rays or surfaces of two vehicles were compared, shape (R,)."""
+        """Whether rays or surfaces of two vehicles were compared in each region, shape (R,)."""
         by_rays = decidable(self.counts, rates).any(axis=(1, 2))
         return np.asarray(by_rays | np.isfinite(self.distances).any(axis=(1, 2)))
 

@@ -34,10 +34,10 @@ class LearnedCard:
         constants: What the log-likelihood ratios of its features were fitted on, in words.
         attacked: Number of attacked regions.
         attack_free: Number of attack-free regions.
-        penalty: As of `fit_logistic`.
+        penalty: How much large weights cost, as of `fit_logistic`.
         folds: Number of parts of the instants, each of which is held out once.
         held_out_area: Area under the ROC curve over regions that were held out.
-        held_out_loss: Their mean logistic loss, nats.
+        held_out_loss: The mean logistic loss over those regions, nats.
     """
 
     data: Mapping[str, Any]

@@ -19,9 +19,9 @@ _MOST_ANGLE = 720.0
 _LARGEST = 30.0
 """Metres from a vehicle's middle to its end."""
 _FASTEST = 500.0
-"""km/h."""
+"""The highest speed that a file may have, km/h."""
 _STANDS = 0.1
-"""m/s."""
+"""The speed below which a vehicle stands, m/s."""
 
 
 def connected_truth(

@@ -31,7 +31,7 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 FARTHEST_POSE = 1e5
 """Metres from the origin of CARLA's world; its largest town has 4 km."""
 MOST_ANGLE = 720.0
-"""Degrees."""
+"""The largest angle that a file may have, degrees."""
 _VEHICLE = re.compile(r"-?[0-9]{1,9}")
 _INSTANT = re.compile(r"[0-9]{1,9}")
 _REMEDY = "Name a scenario such as 2021_08_22_21_41_24, or a folder of scenarios such as `train`."
@@ -42,7 +42,7 @@ class Opv2vScenario:
     """The folder of one scenario.
 
     Args:
-        folder: It.
+        folder: The path of the folder.
         number: The scenario's number among those of its data set.
     """
 

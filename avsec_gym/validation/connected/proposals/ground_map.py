@@ -19,7 +19,7 @@ class GroundMap:
     """Heights of the ground in cells of a square about the sensor.
 
     Args:
-        heights: Metres, velodyne frame, shape (K, K): rows along x.
+        heights: Heights in the velodyne frame, metres, shape (K, K): rows along x.
         reach: Half the side of the square, metres.
     """
 

@@ -59,8 +59,8 @@ def drive_instants(
         apart: Frames between them, 0.1 s each.
         poses_by: Where poses come from; None: oxts where all its frames have it, else
             registration.
-        left_out: Takes the reason for each instant of which a scan is broken, or two cannot be
-            registered, by its name; None: that is an error.
+        left_out: The dictionary that gets the reason for each instant of which a scan is broken, or
+            two cannot be registered, by its name; None: that is an error.
 
     Raises:
         ConfigurationError: Fewer than two vehicles, or no frames between them.

@@ -55,8 +55,11 @@ def voxels_in_boxes(
     """
     period, azimuth, ends = motion[2], image.azimuth, image.end
     rays = np.empty(len(azimuth), np.int64)
+    # Invariant: the first `count` columns are filled, box by box; before the rays of a box are
+    # looked at one by one there is room for all of them.
     found, count = np.empty((2, 1024), np.int64), 0
     for b in range(len(centre)):
+        # The rays that can end in the box, by cells, distances and heights.
         cells = _cells_of_box(image, to_sensor, motion, age, velocity[b], centre[b], half[b], floor)
         low, high = centre[b, 2] + floor, centre[b, 2] + 2.0 * half[b, 2]
         near = _rays_between(image, cells, pose[2], low, high, rays)
@@ -70,6 +73,7 @@ def voxels_in_boxes(
             y -= centre[b, 1] + later * velocity[b, 1]
             along = half[b, 0] + ahead[b, 0] * x + ahead[b, 1] * y
             across = half[b, 1] + ahead[b, 0] * y - ahead[b, 1] * x
+            # Its voxel: by row, then by column, then by height.
             if 0.0 < along < 2.0 * half[b, 0] and 0.0 < across < 2.0 * half[b, 1]:
                 voxel = min(int(along / VOXEL), shape[b, 0] - 1) * shape[b, 1]
                 voxel += min(int(across / VOXEL), shape[b, 1] - 1)
@@ -97,7 +101,7 @@ def _rays_between(
         upward: Row of the vehicle's pose that gives heights in the world, shape (4,).
         low: Height in the world above which they end, metres.
         high: Height below which they do, metres.
-        rays: Takes their indices.
+        rays: The array that takes their indices.
     """
     # A short loop over arrays that are bound outside of it: most rays are looked at here.
     distance, ends, count = image.distance, image.end, 0
@@ -130,11 +134,11 @@ def fill_places(
     Args:
         count: Numbers of voxels of the boxes, shape (C,).
         voxel: Flat voxels of the first box, of the second, and so on, shape (V,).
-        centre: As of `voxels_in_boxes`, shape (C, 3).
-        ahead: As of `voxels_in_boxes`, shape (C, 2).
-        half: As of `voxels_in_boxes`, shape (C, 3).
-        shape: As of `voxels_in_boxes`, shape (C, 3).
-        places: Takes the centres, shape (V, 3).
+        centre: Bottom centres of the boxes, as of `voxels_in_boxes`, shape (C, 3).
+        ahead: Cosines and sines of their headings, as of `voxels_in_boxes`, shape (C, 2).
+        half: Half of their sides, as of `voxels_in_boxes`, shape (C, 3).
+        shape: Numbers of voxels along their sides, as of `voxels_in_boxes`, shape (C, 3).
+        places: The array that takes the centres, shape (V, 3).
     """
     # Invariant: `v` is the number of voxels of the boxes before c, and of those done in it.
     v = 0
@@ -169,6 +173,7 @@ def _cells_of_box(
     # Rays that end in it are sent at other times than that at which the head faces its middle: by
     # less, the fewer directions it fills, unless the head's turn ends there.  Seen from a sensor
     # that leans, the top stands beside the bottom.
+    # Invariant: `off` is the most by which the times differ; it never grows.
     off, radius, side = period / 2.0 + abs(time), 0.0, 0.0
     for _ in range(3):
         radius = np.hypot(half[0], half[1]) + 2.0 * half[2] * lean + fast * off + _ROUNDING

@@ -45,7 +45,7 @@ def encode_claims(claims: Claims) -> bytes:
 
     Raises:
         DataError: A region has more voxels than a message can number, or a claim's time is farther
-            from the instant than it can say.
+            from the instant than it can hold.
     """
     times = np.round(claims.time / TIME_STEP).astype(np.int64)
     if (np.abs(times) > _MOST_TIME_STEPS).any():

@@ -87,7 +87,7 @@ class Claims:
         return np.repeat(np.arange(len(self)), self.count)
 
     def layers(self, regions: Regions) -> NDArray[np.int64]:
-        """In how many layers of voxels, one above the other, each claim has some, shape (C,)."""
+        """The number of layers, one above the other, in which each claim has voxels, shape (C,)."""
         claim = self.of_voxels()
         height = grid_shapes(regions.grown(MARGIN, MARGIN).size)[self.region, 2][claim]
         most = height.max(initial=1)

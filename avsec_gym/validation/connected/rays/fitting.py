@@ -32,7 +32,7 @@ class LabelledCounts:
     absent: NDArray[np.int64]
 
     def decidable(self, least: int) -> LabelledCounts:
-        """Those with so many telling rays."""
+        """The regions with so many telling rays."""
         rates = RayRates(least=least)
         return LabelledCounts(
             self.present[decidable(self.present, rates)], self.absent[decidable(self.absent, rates)]
@@ -107,7 +107,7 @@ def fit_margins(
 
 @dataclass(frozen=True)
 class ScoreProbability:
-    """From a score to a probability: ``1 / (1 + exp(-(slope * score + offset)))``.
+    """The probability of a score: ``1 / (1 + exp(-(slope * score + offset)))``.
 
     Args:
         slope: How many nats of odds a unit of the score is worth.

@@ -25,7 +25,7 @@ class Observer:
 
     @property
     def pose(self) -> Floats:
-        """From the velodyne frame to the world, shape (4, 4)."""
+        """The transform from the velodyne frame to the world, shape (4, 4)."""
         return np.asarray(self.scan.pose, np.float64)
 
     @property

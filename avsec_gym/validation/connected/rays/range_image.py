@@ -167,7 +167,7 @@ def run_of_rays(
 def angles_between(
     ray: tuple[float, float], azimuth: float, elevation: float
 ) -> tuple[float, float]:
-    """By how much a ray points to the left of a direction and above it, radians.
+    """The angles by which a ray points to the left of a direction and above it, radians.
 
     Args:
         ray: Azimuth and elevation of the ray, radians.

@@ -62,7 +62,7 @@ class WitnessView(NamedTuple):
     below: float
     farthest: float
     resolved: float
-    """`WitnessMargins`."""
+    """The value of `WitnessMargins.resolved`."""
 
 
 @kernel(nogil=True)
@@ -83,9 +83,9 @@ def fill_counts(
 
     Args:
         look: The witness and the claims.
-        velocities: Of what is claimed, had it moved at several, shape (S, C, 2).
+        velocities: The velocities of what is claimed, had it moved at several, shape (S, C, 2).
         needed: Claims with fewer supported voxels are left at 0, shape (C,).
-        counts: Takes the numbers, 0 before, shape (S, C, 3).
+        counts: The array that takes the numbers, 0 before, shape (S, C, 3).
     """
     for s in range(len(velocities)):
         last = 0
@@ -149,6 +149,8 @@ def _outcome(look: WitnessView, v: int, c: int, velocity: Floats, only_support: 
     nearest, deepest = _distances_of_box(look.to_sensor, motion, time, doubt, box, half)
     # The rays around it: one that ends in the box supports it, and one that ends before it
     # leaves the decision to the others.
+    # Invariant: of the rays looked at so far none supports it, and `found` is the last of their
+    # outcomes in the order MISSING, THROUGH, NEAR, OCCLUDED.
     found = MISSING
     from_row, to_row, from_column, to_column = cells_around(azimuth, elevation, across, rise)
     for row in range(from_row, to_row):
@@ -173,6 +175,7 @@ def _outcome(look: WitnessView, v: int, c: int, velocity: Floats, only_support: 
     if only_support or found != THROUGH or look.below <= 0.0:
         return found
     # Rays over the top of a thing that the witness sees, too, pass through nothing.
+    # Invariant: none of the lower rays looked at so far ends in the box.
     lower = 0.5 * min(look.below / claimed, 0.5)
     middle = elevation - lower
     from_row, to_row, from_column, to_column = cells_around(azimuth, middle, across, lower)
@@ -205,8 +208,8 @@ def _distances_of_box(
         to_sensor: The transform from the world to the witness' velodyne frame, shape (4, 4).
         motion: The witness' speed, turn rate, and the period of its head.
         time: When the head faces the box, seconds after the scan's time.
-        doubt: By how much the times of the rays may differ from it, seconds.
-        box: As of `_ends_in_box`.
+        doubt: The seconds by which the times of the rays may differ from it.
+        box: The place of the box, as of `_ends_in_box`.
         half: Half of the box's length, width, height, shape (3,).
     """
     speed, turn_rate, _ = motion

@@ -144,7 +144,7 @@ def lasting_test(attack_free: Sequence[float], frames: int, rate: float) -> Sequ
 
 
 _LEAST_SCORE = 0.5
-"""Nats."""
+"""The least score that a limit is fitted to, nats."""
 
 
 def fit_limit(
@@ -155,8 +155,8 @@ def fit_limit(
     Args:
         attack_free: Scores of each frame of windows without an attack.
         rate: Share of windows that may alarm.
-        allowance: See `SequentialTest`.
-        clip: See `SequentialTest`.
+        allowance: What a score must exceed for the sum to rise, see `SequentialTest`.
+        clip: Largest size of a frame's score, see `SequentialTest`.
 
     Raises:
         DataError: No windows.

@@ -159,8 +159,8 @@ def count_outcomes(
         claims: What another vehicle claims.
         regions: The regions that all vehicles share.
         margins: What may lie apart.
-        velocities: Had what is claimed moved at several velocities along the world's x and y, since
-            the time of the claim, m/s, shape (S, C, 2); None: at one, as of `outcomes`.
+        velocities: Several velocities that what is claimed may have had along the world's x and y,
+            since the time of the claim, m/s, shape (S, C, 2); None: one, as of `outcomes`.
         needed: Number of supported voxels below which it does not matter how many, shape (C,);
             None: all are counted.
 

@@ -49,7 +49,7 @@ class DeformedMesh:
         samples: Points that are sampled on the mesh, and taken of the given ones.
         normal_weight: Weight of the normals beside the distances.
         edge_weight: Weight of the edges' unequal lengths, which keeps triangles well shaped.
-        seed: Decides the networks' first weights and all samples.
+        seed: The seed of the networks' first weights and of all samples.
 
     Raises:
         ConfigurationError: A number that cannot be.

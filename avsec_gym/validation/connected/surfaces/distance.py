@@ -42,7 +42,7 @@ def distances_of_all(grids: list[Floats | None], epsilon: float = THESIS_EPSILON
 
     Args:
         grids: dsm of each vehicle; None of one that sent nothing.
-        epsilon: See `surface_distance`.
+        epsilon: Metres by which cells may differ and not count, see `surface_distance`.
 
     Returns:
         NaN where a pair compared nothing, and on the diagonal.

@@ -42,6 +42,7 @@ def surface_grid(mesh: SurfaceMesh, length: float, width: float, cell: float = C
 def _raise_to_triangles(
     heights: Floats, vertices: Floats, triangles: NDArray[np.int64], cell: float
 ) -> None:
+    # Invariant: a cell holds the highest of the triangles before t at its centre; NaN: none.
     rows, columns = heights.shape
     # Centre of cell (0, 0).
     x_0, y_0 = -(rows - 1) / 2 * cell, -(columns - 1) / 2 * cell
@@ -51,6 +52,7 @@ def _raise_to_triangles(
         # An upright triangle covers no cell when it is seen from above.
         if abs(twice_area) < 1e-12:
             continue
+        # The cells whose centres can lie in it.
         left, right = min(a[0], b[0], c[0]) - x_0, max(a[0], b[0], c[0]) - x_0
         low, high = min(a[1], b[1], c[1]) - y_0, max(a[1], b[1], c[1]) - y_0
         first_row = int(max(0.0, math.ceil(left / cell - _ROUNDING)))

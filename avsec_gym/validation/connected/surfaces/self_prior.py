@@ -14,7 +14,7 @@ _SMALL = 1e-2
 
 
 class SelfPrior(nn.Module):
-    """From fixed noise on the edges to displacements of the vertices.
+    """A network from fixed noise on the edges to displacements of the vertices.
 
     The weights are shared by all edges: what recurs over the object is learned once and fills in
     where points are missing, as smooth and as jagged as the rest (Hanocka et al., "Point2Mesh: a
@@ -45,7 +45,7 @@ class SelfPrior(nn.Module):
         nn.init.zeros_(self.displacement.bias)
 
     def forward(self) -> Tensor:
-        """Displacements of the vertices, shape (V, 3): each the mean of what its edges say."""
+        """Displacements of the vertices, shape (V, 3): each the mean over its edges."""
         features = self.noise
         for number, convolution in enumerate(self.convolutions):
             out = torch.relu(convolution(self._with_neighbours(features)))

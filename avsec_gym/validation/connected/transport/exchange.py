@@ -117,7 +117,7 @@ def take_part(
         port: The vehicle's connection to the base station.
         instant: Number of the instant.
         scan: The vehicle's scan, with the pose that it measured.
-        proposer: Proposes regions all around.
+        proposer: The function that proposes regions all around.
         seconds: How long it waits for the base station at each step.
         margins: What may lie apart.
 

@@ -91,7 +91,7 @@ class StationPort:
         Args:
             step: The step.
             instant: The number of the instant.
-            decode: Makes a message of bytes, or refuses them with a DataError.
+            decode: Function that makes a message of bytes, or refuses them with a DataError.
             seconds: How long is waited.
             subjects: The vehicles about each of which every other one sends a message; None: each
                 sends one message, about none.
@@ -99,6 +99,7 @@ class StationPort:
         Returns:
             The first sound message of each vehicle about each subject, by both numbers.
         """
+        # What is expected: a message of each connected vehicle about each subject but itself.
         found: dict[tuple[int, int], Message] = {}
         answered: set[tuple[int, int]] = set()
         expected = {
@@ -109,6 +110,7 @@ class StationPort:
         }
 
         def take(number: int, packet: Packet) -> None:
+            # The first answer counts, even a malformed one.
             place = (number, packet.about)
             if (packet.instant, packet.step) != (instant, step):
                 self._put_aside(number, packet, (instant, step))
@@ -126,6 +128,7 @@ class StationPort:
             early, self._early[number] = self._early[number], []
             for packet in early:
                 take(number, packet)
+        # Until all have answered, the time is over, or those that are left have hung up.
         end = time.monotonic() + seconds
         with selectors.DefaultSelector() as selector:
             for number, connection in self._connections.items():

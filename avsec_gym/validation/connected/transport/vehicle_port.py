@@ -18,9 +18,9 @@ class Faults:
     """How often a packet suffers on its way, each from 0 to 1.
 
     Args:
-        lost: It never arrives.
-        late: It arrives together with the vehicle's next one.
-        doubled: It arrives twice.
+        lost: The probability that a packet never arrives.
+        late: The probability that it arrives together with the vehicle's next one.
+        doubled: The probability that it arrives twice.
         malformed: A byte of the message is another, and the checksum fits: as the sender's fault.
 
     Raises:
@@ -43,7 +43,7 @@ class VehiclePort:
     Args:
         port: The number of its port on this machine.
         faults: How bad the line is.
-        seed: Decides which packets suffer.
+        seed: The seed that decides which packets suffer.
         seconds: How long it waits for being welcomed.
 
     Raises:
