@@ -60,7 +60,7 @@ class ImageNetworkDetector(NetworkDetector[Configuration, Network], ABC):
 
     Args:
         configuration: Configuration of the network.
-        network: Makes the network of a configuration: its class.
+        network: The network's class, which makes one of a configuration.
         weights: The weights, see `give_weights`.
     """
 

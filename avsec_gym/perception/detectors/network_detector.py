@@ -23,7 +23,7 @@ class NetworkDetector(Generic[Configuration, Network]):
 
     Args:
         configuration: Configuration of the network.
-        network: Makes the network of a configuration: its class.
+        network: The network's class, which makes one of a configuration.
         weights: The weights, see `give_weights`.
         preset: Name of the preset, whose weights ``shipped`` stands for.
 
