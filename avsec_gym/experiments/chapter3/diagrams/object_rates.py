@@ -160,8 +160,8 @@ def _believed(
     setting = believed_setting(variant.name)
     taken, before = (
         {
-            # None is stored where there is no box.
-            row["scenario"]: row["value"] is not None and row["value"] >= least
+            # No score, NaN, is stored where there is no box.
+            row.scenario: row.value >= least
             for row in results.measurements(setting=setting, name=score_name(detector, state))
         }
         for state in (ATTACKED, CLEAN)
@@ -210,7 +210,7 @@ class _Counts:
             least: The score from which on a box of a scan counts.
         """
         widths = {
-            row["scenario"]: row["value"]
+            row.scenario: row.value
             for row in self.results.measurements(setting=views_setting(part), name=WIDTH)
         }
         cameras = [int(SYSTEM.sensors[position]) for position in ATTACKED_CAMERAS]

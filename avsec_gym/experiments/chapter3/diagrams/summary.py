@@ -296,7 +296,7 @@ def _states_table(results: Results, kind: str, states: States) -> EvidenceTable 
 
 def _points(results: Results, kind: str) -> float | None:
     """Mean number of bogus points; None: it is a light."""
-    counts = [row["value"] for row in results.measurements(setting=kind, name=POINTS)]
+    counts = [row.value for row in results.measurements(setting=kind, name=POINTS)]
     return float(np.mean(counts)) if counts else None
 
 

@@ -118,8 +118,7 @@ def drive_windows(run: Results, part: Part, state: State) -> DriveWindows:
     """
     found: dict[str, dict[str, float]] = {}
     for row in run.measurements(setting=drive_setting(part, state)):
-        value = np.nan if row["value"] is None else row["value"]
-        found.setdefault(row["scenario"], {})[row["name"]] = value
+        found.setdefault(row.scenario, {})[row.name] = row.value
     scores: dict[Method, list[Floats]] = {method: [] for method in DRIVE_METHODS}
     drives, decidable = [], []
     for drive, values in sorted(found.items()):
