@@ -7,7 +7,6 @@ import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.contact_recall import (
-    ContactWeights,
     contact_weights,
     straight_way,
 )
@@ -71,12 +70,3 @@ def test_the_way_leads_to_the_goal_of_the_intention() -> None:
     in_left_lane = ([14.0, 4.0, 0], 4.0, 1.8, 0.0)
     assert weights(in_left_lane, intention=Intention.LEFT)[0] > 0
     assert weights(in_left_lane, intention=Intention.RIGHT) == [0]
-
-
-def test_shares_of_weights() -> None:
-    counted = ContactWeights(found=0.5, real=0.75, invented=0.25)
-    assert counted.recall == pytest.approx(2 / 3)
-    assert counted.agreement == pytest.approx(0.5)
-    assert np.isnan(ContactWeights(0, 0, 0.5).recall)
-    assert ContactWeights(0, 0, 0.5).agreement == 0
-    assert np.isnan(ContactWeights(0, 0, 0).agreement)
