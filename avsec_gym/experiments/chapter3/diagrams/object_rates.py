@@ -21,12 +21,7 @@ from avsec_gym.experiments.chapter3.diagrams.object_cells import (
     truth_setting,
     views_setting,
 )
-from avsec_gym.experiments.chapter3.diagrams.settings import (
-    DIAGRAM_OPTIONS,
-    believers_of,
-    scans_of,
-    variants_of,
-)
+from avsec_gym.experiments.chapter3.diagrams.settings import DiagramSettings
 from avsec_gym.experiments.chapter3.diagrams.variant import Variant, is_of_lidar
 from avsec_gym.experiments.chapter3.objects.baseline_rates import largest_count
 from avsec_gym.experiments.chapter3.objects.believed_points import ATTACKED, score_name
@@ -107,16 +102,16 @@ def object_rates(
         rate: r, the false alarm rate that mismatches are to keep.
         fewest: Frames of each part that it takes.
     """
-    options = {**DIAGRAM_OPTIONS, **configuration.options}
-    if not options["believers"]:
+    settings = DiagramSettings.of(configuration)
+    if not settings.believers:
         return None
-    detectors, variants = believers_of(options), variants_of(options)
+    detectors, variants = settings.believers, settings.variants()
     scores = {
         (name, scan): score_threshold(
             results, truth_setting(FITTED),
             seen_setting(name, FITTED, clean_name(scan), SYSTEM.reference),
         )
-        for name in detectors for scan in scans_of(options)
+        for name in detectors for scan in settings.scans
     }  # fmt: skip
     believed = [
         row
@@ -125,7 +120,7 @@ def object_rates(
         if is_of_lidar(variant)
         and (row := _believed(results, name, variant, scores[name, variant.scan].score, fewest))
     ]
-    image = str(options["image_detector"])
+    image = settings.image_detector
     camera = score_threshold(
         results,
         truth_setting(FITTED),
@@ -134,7 +129,7 @@ def object_rates(
     )
     counts = _Counts(results, detectors[0], image, camera.score)
     found = []
-    for scan in scans_of(options):
+    for scan in settings.scans:
         least = scores[detectors[0], scan].score
         clean = counts.of(FITTED, None, scan, least)
         if clean is None or len(clean.frames) < fewest:
