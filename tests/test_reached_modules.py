@@ -26,12 +26,6 @@ LIBRARY = {
     "drawing.found_and_true": "examples/notebooks/attack_a_detector.ipynb",
     # The search over ghosts of a whole set of scenes, in a function.
     "evaluation.ghost_attack": "examples/attack_detections.py",
-    # Which objects of a scene a car must not miss; studies ask it.
-    "evaluation.contested_objects": "docs/average_precision.md",
-    # Measures of perception of one's own detections; studies compare them.
-    "metrics.planning_kl": "docs/average_precision.md",
-    "metrics.scene_precision": "docs/average_precision.md",
-    "metrics.support_distance": "docs/average_precision.md",
     # Makes the priors of a YOLO for other objects than cars.
     "perception.detectors.yolo.prior_clusters": "docs/detectors.md",
     # Scenarios as CommonRoad files, for other planners; the commands read them.

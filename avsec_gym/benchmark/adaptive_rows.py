@@ -92,9 +92,7 @@ def validator_rows(run: Results) -> list[AdaptiveRow]:
         changed = [float(one.collision) - float(other.collision) for one, other in pairs]
         difference = difference_of(changed, [record.scenario for record in under])
         alarms = run.measurements(name=ALARM, setting=adaptive(case))
-        detected = share_of(
-            [row["value"] > 0 for row in alarms], [row["scenario"] for row in alarms]
-        )
+        detected = share_of([row.value > 0 for row in alarms], [row.scenario for row in alarms])
         rows.append(
             AdaptiveRow(
                 adaptive(case),

@@ -129,8 +129,8 @@ class _State:
         found: dict[str, dict[str, float]] = {}
         for row in run.measurements(setting=setting):
             # A run knows no infinity: nothing is -inf.
-            value = -np.inf if row["value"] is None else row["value"]
-            found.setdefault(row["scenario"], {})[row["name"]] = value
+            value = -np.inf if np.isnan(row.value) else row.value
+            found.setdefault(row.scenario, {})[row.name] = value
         kept = {place: own for place, own in sorted(found.items()) if own[_ATTACKED]}
         names = (_DECIDABLE, _ALARM, _ACCUSED, _SCORE, _ANSWER)
         values = {name: [own[name] for own in kept.values()] for name in names}

@@ -119,8 +119,8 @@ class _MeasuredDrives:
     def of(cls, run: Results, setting: str) -> _MeasuredDrives:
         found: dict[str, dict[tuple[str, str], float]] = {name: {} for name in _FIGURES}
         for row in run.measurements(setting=setting):
-            way, _, name = row["name"].partition(" ")
-            found[name][row["scenario"], way] = row["value"]
+            way, _, name = row.name.partition(" ")
+            found[name][row.scenario, way] = row.value
         return cls({name: dict(sorted(own.items())) for name, own in found.items()})
 
     @property

@@ -119,7 +119,7 @@ def _share(run: RunFolder, setting: Setting, name: str) -> Share | None:
     rows = run.measurements(name=name, setting=setting.name)
     if not rows:
         return None
-    return share_of([row["value"] > 0 for row in rows], [row["scenario"] for row in rows])
+    return share_of([row.value > 0 for row in rows], [row.scenario for row in rows])
 
 
 def share_of_episodes(records: Sequence[SafetyRecord], hits: Sequence[bool]) -> Share:

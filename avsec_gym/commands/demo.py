@@ -148,7 +148,7 @@ class _FirstScene:
         from avsec_gym.runs.run_folder import RunFolder
 
         cells = RunFolder.open(self._out).cells()
-        finished = Counter(cell["arguments"]["scenario"] for cell in cells)
+        finished = Counter(cell.arguments["scenario"] for cell in cells)
         if max(finished.values()) == of_one:
             self._waits = False
             # The page at the end reports what is wrong; the run is worth more than this one.

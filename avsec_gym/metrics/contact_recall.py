@@ -13,8 +13,6 @@ weigh likewise, which the original leaves to a precision of its own.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import shapely
 
@@ -28,28 +26,6 @@ MARGIN = 0.5
 """The distance within which an object counts as touched, metres."""
 HORIZON = 3.0
 """The time after which a contact weighs nothing, seconds; goals are open for as long."""
-
-
-class ContactWeights(NamedTuple):
-    """Weights of the objects of a scene, summed."""
-
-    found: float
-    """How many real objects a box means."""
-    real: float
-    """The number of all real objects."""
-    invented: float
-    """The number of boxes that mean no real object."""
-
-    @property
-    def recall(self) -> float:
-        """Share of the weight of real objects that is found; NaN where none is on the way."""
-        return self.found / self.real if self.real else np.nan
-
-    @property
-    def agreement(self) -> float:
-        """The same of real and invented objects together: found over all; NaN without any."""
-        everything = self.real + self.invented
-        return self.found / everything if everything else np.nan
 
 
 def contact_weights(scenario: PlanningScenario, vehicle: Vehicle = BMW_320I) -> Floats:

@@ -6,8 +6,9 @@ share of the weight that is found.  What the weights are is a choice:
 
 - `contact_weights`, the default, weighs by the time until the car would be near the object.  It
   needs no planner, and holds for any.
-- `avsec_gym.evaluation.contested_objects` gives 1 to objects of which missing one alone makes the
-  drive unsafe, 0 to all others.  It asks a planner, and holds for that one.
+- A rule of one's own may ask a planner, and holds for that one: `contested_objects` in
+  studies/chapter5/measures gives 1 to objects of which missing one alone makes the drive unsafe, 0
+  to all others.
 
 Limits, whatever the weights: a recall knows nothing of ghosts, which is what patches add, and
 nothing of where a found box stands.  Whether it predicts driving safety better than average

@@ -111,13 +111,13 @@ def run_facts(run: RunFolder, question: str, known: Sequence[str]) -> RunFacts:
         known: Attacks in the order of tables; others come after them.
     """
     cells, manifest = run.cells(), run.manifest
-    failures = [cell for cell in cells if cell["status"] == "failed"]
+    failures = [cell for cell in cells if cell.failed]
     attacks: dict[str, list[float]] = {}
     for cell in cells:
-        if cell["status"] == "done" and "attack" in cell["arguments"]:
-            attacks.setdefault(cell["arguments"]["attack"], []).append(cell["seconds"])
-    counts = Counter(str(cell["error"]) for cell in failures)
-    examples = {str(cell["error"]): cell["arguments"] for cell in reversed(failures)}
+        if not cell.failed and "attack" in cell.arguments:
+            attacks.setdefault(cell.arguments["attack"], []).append(cell.seconds)
+    counts = Counter(str(cell.error) for cell in failures)
+    examples = {str(cell.error): cell.arguments for cell in reversed(failures)}
     places = {attack: place for place, attack in enumerate(known)}
     return RunFacts(
         question,

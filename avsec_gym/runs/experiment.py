@@ -114,7 +114,7 @@ class Cell:
         return hashlib.sha256(named.encode()).hexdigest()[:16]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class EpisodeRow:
     """What became of one episode.
 
@@ -142,11 +142,11 @@ class DetectionRow:
     strength: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Measurement:
     """Any other number, such as a loss; unique in a run by everything but its value.
 
-    NaN is stored as NULL.
+    NaN is stored as NULL, and read as NaN again.
     """
 
     setting: str

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.runs.experiment import Measurement
 
 
 class Results(Protocol):
@@ -23,6 +24,6 @@ class Results(Protocol):
         """Boxes by scenario."""
         ...
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
-        """Other numbers, with `scenario`, `name`, `value`, `setting` and `strength`."""
+    def measurements(self, **where: Any) -> list[Measurement]:
+        """Other numbers; NaN where there is none."""
         ...

@@ -1,4 +1,7 @@
-"""A cell's result as rows of the run's tables."""
+"""A cell's result as rows of the run's tables.
+
+The table ``drives`` keeps the name of its first version and holds episodes.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ Rows = dict[str, list[dict[str, Any]]]
 
 
 def rows_of(result: CellResult) -> Rows:
-    """The rows; numbers of NumPy become Python's.  Episodes stand in the table ``drives``."""
+    """The rows; numbers of NumPy become Python's."""
     return {
         "drives": [
             {**_place(row), "planner": row.planner, **_plain(row.record.to_json())}

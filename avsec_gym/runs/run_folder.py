@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import math
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
-from avsec_gym.runs.experiment import Configuration, check_options
+from avsec_gym.runs.experiment import Configuration, EpisodeRow, Measurement, check_options
 from avsec_gym.runs.manifest import MANIFEST, Manifest, read_manifest
+from avsec_gym.runs.read_rows import (
+    MEASURED,
+    FinishedCell,
+    episodes_from,
+    measurements_from,
+)
 from avsec_gym.runs.renamed import check_setting
 from avsec_gym.runs.renamed_rows import show_new_names
 from avsec_gym.runs.run import FIGURES, RESULTS
@@ -42,8 +47,9 @@ _REMEDY = "Name the folder that `avsec run` wrote with --out."
 class RunFolder:
     """A run; `open` makes one.
 
-    Rows come as dictionaries by column (``docs/runs.md`` lists them), sorted by everything but
-    their values: their order does not depend on the order in which cells were finished.
+    Rows come as what cells gave for them, sorted by everything but their values: their order does
+    not depend on the order in which cells were finished.  They are chosen by values of columns,
+    which ``docs/runs.md`` lists.
     """
 
     path: Path
@@ -93,87 +99,78 @@ class RunFolder:
 
         torch.set_num_threads(self.manifest["threads"])
 
-    def cells(self, experiment: str | None = None) -> list[dict[str, Any]]:
-        """Finished cells, of one experiment or all, with their arguments as dictionaries."""
+    def cells(self, experiment: str | None = None) -> list[FinishedCell]:
+        """Finished cells, of one experiment or all."""
         rows = self._rows(
-            "SELECT * FROM cells WHERE ?1 IS NULL OR cell IN"
-            " (SELECT cell FROM needs WHERE experiment = ?1) ORDER BY work, arguments",
+            "SELECT cell, work, arguments, status, error, seconds, finished FROM cells"
+            " WHERE ?1 IS NULL OR cell IN (SELECT cell FROM needs WHERE experiment = ?1)"
+            " ORDER BY work, arguments",
             [experiment],
         )
-        return [{**row, "arguments": self._arguments(row["arguments"])} for row in rows]
+        return [
+            FinishedCell(cell, work, self._arguments(arguments), *end)
+            for cell, work, arguments, *end in rows
+        ]
 
-    def failures(self, experiment: str | None = None) -> list[dict[str, Any]]:
+    def failures(self, experiment: str | None = None) -> list[FinishedCell]:
         """The failures of `cells`."""
-        return [row for row in self.cells(experiment) if row["status"] == "failed"]
+        return [cell for cell in self.cells(experiment) if cell.failed]
 
     def missing(self, experiment: str | None = None) -> int:
         """How many cells are not finished yet."""
         rows = self._rows(
-            "SELECT count(DISTINCT cell) AS missing FROM needs"
+            "SELECT count(DISTINCT cell) FROM needs"
             " WHERE (?1 IS NULL OR experiment = ?1) AND cell NOT IN (SELECT cell FROM cells)",
             [experiment],
         )
-        return int(rows[0]["missing"])
+        return int(rows[0][0])
 
     def settings(self) -> list[tuple[str, float]]:
         """Every setting and strength that something was driven or detected under."""
-        rows = self._rows(
+        return self._rows(
             "SELECT setting, strength FROM drives UNION SELECT setting, strength FROM detections"
             " ORDER BY setting, strength"
         )
-        return [(row["setting"], row["strength"]) for row in rows]
 
-    def episodes(self, **where: Any) -> list[dict[str, Any]]:
+    def episodes(self, **where: Any) -> list[EpisodeRow]:
         """Episodes: rows of the table ``drives``, whose name is part of the file's format.
 
         Args:
             where: Values of columns, such as ``setting="dsgn", strength=4, planner="astar"``.
         """
-        return self._table("drives", "setting, strength, planner, scenario, intention", where)
+        order = "setting, strength, planner, scenario, intention"
+        return episodes_from(self._table("drives", "*", order, where, sqlite3.Row))
 
     def records(self, **where: Any) -> list[SafetyRecord]:
-        """The same as records; of two settings they are in one order, fit for paired tests.
+        """The records of `episodes`; of two settings they are in one order, fit for paired tests.
 
         Args:
             where: The columns as of `episodes`: setting, strength and planner at least, or they
                 stand one after the other.
         """
-        from avsec_gym.metrics.safety import SafetyRecord
-
-        numbers = {column.name for column in fields(SafetyRecord) if column.type == "float"}
-        names = [column.name for column in fields(SafetyRecord)]
-        records = []
-        for row in self.episodes(**where):
-            # Folders of earlier releases lack the columns of `schema.ADDED`.
-            values: dict[str, Any] = {
-                name: math.nan if row.get(name) is None and name in numbers else row.get(name)
-                for name in names
-            }
-            if values["swept_collision"] is not None:
-                values["swept_collision"] = bool(values["swept_collision"])
-            records.append(SafetyRecord(**values))
-        return records
+        return [row.record for row in self.episodes(**where)]
 
     def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
         """Boxes by scenario."""
-        rows = self._table("detections", "scenario", {"setting": setting, "strength": strength})
-        return {row["scenario"]: boxes_from_text(row["boxes"], self.path / RESULTS) for row in rows}
+        where = {"setting": setting, "strength": strength}
+        rows = self._table("detections", "scenario, boxes", "scenario", where)
+        return {scenario: boxes_from_text(boxes, self.path / RESULTS) for scenario, boxes in rows}
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+    def measurements(self, **where: Any) -> list[Measurement]:
         """Other numbers.
 
         Args:
             where: Values of columns, such as ``name="loss"``.
         """
-        return self._table("measurements", "name, setting, strength, scenario", where)
+        order = "name, setting, strength, scenario"
+        return measurements_from(self._table("measurements", MEASURED, order, where))
 
     def timings(self) -> dict[str, dict[str, float]]:
         """The time of each part: how many cells took it (``cells``), and all ``seconds``."""
         rows = self._rows(
-            "SELECT part, count(*) AS cells, sum(seconds) AS seconds FROM timings"
-            " GROUP BY part ORDER BY part"
+            "SELECT part, count(*), sum(seconds) FROM timings GROUP BY part ORDER BY part"
         )
-        return {row["part"]: {"cells": row["cells"], "seconds": row["seconds"]} for row in rows}
+        return {part: {"cells": cells, "seconds": seconds} for part, cells, seconds in rows}
 
     def _arguments(self, text: str) -> dict[str, Any]:
         try:
@@ -188,21 +185,34 @@ class RunFolder:
             )
         return arguments
 
-    def _table(self, name: str, order: str, where: dict[str, Any]) -> list[dict[str, Any]]:
+    def _table(
+        self,
+        name: str,
+        columns: str,
+        order: str,
+        where: dict[str, Any],
+        row_factory: type[sqlite3.Row] | None = None,
+    ) -> list[Any]:
         conditions = " AND ".join(f"{column} IS ?" for column in where) or "TRUE"
-        query = f"SELECT * FROM {name} WHERE {conditions} ORDER BY {order}"
-        rows = self._rows(query, list(where.values()))
+        query = f"SELECT {columns} FROM {name} WHERE {conditions} ORDER BY {order}"
+        rows = self._rows(query, list(where.values()), row_factory)
         asked = where.get("setting")
         if not rows and asked and asked not in {setting for setting, _ in self.settings()}:
             check_setting(asked, self.experiments)
         return rows
 
-    def _rows(self, query: str, values: Sequence[Any] = ()) -> list[dict[str, Any]]:
+    def _rows(
+        self,
+        query: str,
+        values: Sequence[Any] = (),
+        row_factory: type[sqlite3.Row] | None = None,
+    ) -> list[Any]:
+        """Rows as plain tuples, the quickest to unpack, unless they are to know their columns."""
         with self._database() as database:
             if schema_version(database) < VERSION:
                 show_new_names(database)
-            database.row_factory = sqlite3.Row
-            return [dict(row) for row in database.execute(query, values)]
+            database.row_factory = row_factory
+            return database.execute(query, values).fetchall()
 
     @contextmanager
     def _database(self) -> Iterator[sqlite3.Connection]:

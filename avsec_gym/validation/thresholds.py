@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -172,23 +171,6 @@ class ThresholdTable:
         if self.least_brightness:
             content[_LEAST_BRIGHTNESS] = self.least_brightness
         write_fitted(path, _KIND, self.on, content, overwrite=overwrite)
-
-
-def threshold_table(
-    on: FittedOn, samples: Iterable[Mapping[Triple, DisparityError]]
-) -> ThresholdTable:
-    """The table of attack-free frames.
-
-    Args:
-        on: The sensors, the depth and the data.
-        samples: The errors of all triples of each frame, such as `DisparityErrors`.
-
-    Raises:
-        ConfigurationError: No samples.
-    """
-    triples = on.system.triples
-    shares = [[sample[triple].shares for triple in triples] for sample in samples]
-    return ThresholdTable(on, np.array(shares))
 
 
 def shares_of(frame: SensorFrame, system: SensorSystem, depth: PairDepth) -> Floats:

@@ -14,15 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.contact_recall import contact_weights
 from avsec_gym.metrics.ghosts import SAME, ghosts, iou_from_above, meant
-from avsec_gym.metrics.planning_kl import chances, occupied_cells, summed_divergence
-from avsec_gym.metrics.support_distance import MISSED, support_distance_error
-from avsec_gym.metrics.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.progress import Progress, no_progress
@@ -30,6 +26,10 @@ from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.known_motion import with_known_motion
+from studies.chapter5.measures.contested_objects import contested_objects
+from studies.chapter5.measures.planning_kl import chances, occupied_cells, summed_divergence
+from studies.chapter5.measures.support_distance import MISSED, support_distance_error
+from studies.chapter5.measures.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 
 IN_REACH = 20.0
 """Metres from the camera: goals are 15 m ahead."""

@@ -10,6 +10,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.planners.planner import Algorithm
+from avsec_gym.runs.experiment import Measurement
 from avsec_gym.runs.results import Results
 
 
@@ -48,7 +49,7 @@ class ReplannedResults:
         """See `Results`."""
         return self.results.detections(setting, strength)
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+    def measurements(self, **where: Any) -> list[Measurement]:
         """See `Results`."""
         return self.results.measurements(**where)
 

@@ -21,9 +21,9 @@ from avsec_gym.metrics.average_precision import METRICS, MinIou
 from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, Sampled
 from avsec_gym.metrics.estimate import NOTHING, Estimate
 from avsec_gym.metrics.roc_curve import concordance
-from avsec_gym.metrics.scene_precision import scene_precision
 from avsec_gym.scenario.intention import Intention
 from studies.chapter5.case_measures import CaseMeasures
+from studies.chapter5.measures.scene_precision import scene_precision
 from studies.chapter5.telling_measures import (
     MEASURES,
     PRECISION,

@@ -21,8 +21,6 @@ from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.json_rows import OPTIONAL
 from avsec_gym.metrics.contact_recall import HORIZON, MARGIN
 from avsec_gym.metrics.ghosts import SAME
-from avsec_gym.metrics.planning_kl import CELL, TEMPERATURE
-from avsec_gym.metrics.support_distance import MISSED
 from avsec_gym.report.markdown_table import interval, markdown_table, number
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.scene import Motion
@@ -30,6 +28,8 @@ from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
 from studies.chapter5.best_measure import BestMeasure, best_measure, sentences
 from studies.chapter5.case_measures import IN_REACH, case_measures
+from studies.chapter5.measures.planning_kl import CELL, TEMPERATURE
+from studies.chapter5.measures.support_distance import MISSED
 from studies.chapter5.telling_figure import draw_telling
 from studies.chapter5.telling_flips import FlipRow, flip_rows
 from studies.chapter5.telling_measures import (

@@ -10,6 +10,7 @@ from avsec_gym.benchmark.adaptive_rows import detection_row, detector_rows, vali
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.safety import COLLISION, SAFE, SafetyRecord
+from avsec_gym.runs.experiment import Measurement
 
 SCENES = [f"{number:06d}" for number in range(40)]
 
@@ -35,9 +36,12 @@ class Kept:
     def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
         return {}
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+    def measurements(self, **where: Any) -> list[Measurement]:
         alarms = self.alarms.get(where["setting"], 0)
-        return [{"scenario": id, "value": float(n < alarms)} for n, id in enumerate(SCENES)]
+        return [
+            Measurement(where["setting"], id, where["name"], float(n < alarms))
+            for n, id in enumerate(SCENES)
+        ]
 
 
 def test_a_detector_is_broken_by_what_does_better_than_every_listed_attack() -> None:

@@ -68,14 +68,14 @@ def test_from_nothing_to_the_page_and_once_more(
     ]
     out = tmp_path / "runs/demo"
     assert "PGD" in (out / "report.html").read_text()
-    finished = [cell["finished"] for cell in RunFolder.open(out).cells()]
+    finished = [cell.finished for cell in RunFolder.open(out).cells()]
 
     # Given again, it does nothing anew but the page, and `avsec run` knows the run as its own.
     assert ends(*usual, "--json") == DONE
     said = json.loads(capsys.readouterr().out)
     assert ends("run", "demo", "--limit", 4, "--workers", 0) == DONE
     assert " 0 done" in capsys.readouterr().err
-    assert [cell["finished"] for cell in RunFolder.open(out).cells()] == finished
+    assert [cell.finished for cell in RunFolder.open(out).cells()] == finished
 
     assert said["out"] == "runs/demo"
     assert [row["setting"] for row in said["drives"]] == ["unattacked", "attacked", "defended"]

@@ -5,15 +5,30 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.contact_recall import (
-    ContactWeights,
     contact_weights,
     straight_way,
 )
 from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import PlanningScenario
-from tests.metrics.test_trajectory_bundle import scenario
+
+
+def scenario(
+    *cars: tuple[list[float], float, float, float],
+    road_type: RoadType = RoadType.STREET,
+    intention: Intention = Intention.STRAIGHT,
+) -> PlanningScenario:
+    empty = build_planning_scenario(Boxes3D.empty(), road_type=road_type, intention=intention)
+    poses, lengths, widths, speeds = zip(*cars, strict=True) if cars else ([], [], [], [])
+    sizes = (np.array(lengths), np.array(widths))
+    speed = np.array(speeds) if any(speeds) else None
+    there = np.array(poses).reshape(-1, 3)
+    return empty.with_obstacles(Obstacles.rectangles(there, *sizes, speed, last_step=30))
 
 
 def weights(*cars: tuple[list[float], float, float, float], **kwargs: Intention) -> list[float]:
@@ -55,12 +70,3 @@ def test_the_way_leads_to_the_goal_of_the_intention() -> None:
     in_left_lane = ([14.0, 4.0, 0], 4.0, 1.8, 0.0)
     assert weights(in_left_lane, intention=Intention.LEFT)[0] > 0
     assert weights(in_left_lane, intention=Intention.RIGHT) == [0]
-
-
-def test_shares_of_weights() -> None:
-    counted = ContactWeights(found=0.5, real=0.75, invented=0.25)
-    assert counted.recall == pytest.approx(2 / 3)
-    assert counted.agreement == pytest.approx(0.5)
-    assert np.isnan(ContactWeights(0, 0, 0.5).recall)
-    assert ContactWeights(0, 0, 0.5).agreement == 0
-    assert np.isnan(ContactWeights(0, 0, 0).agreement)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.geometry import Floats, ego_to_camera
 from avsec_gym.metrics.cluster_bootstrap import draw_resamples
 from avsec_gym.metrics.contact_recall import contact_weights
@@ -14,7 +13,6 @@ from avsec_gym.metrics.safety_weighted_recall import safety_weighted_recall, tim
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.scene import Scene
 
 
 def cars(*poses: tuple[float, float, float], score: float = 0.9, category: str = "Car") -> Boxes3D:
@@ -120,20 +118,6 @@ def test_far_objects_are_left_out_of_the_sum_and_weigh_nothing(
     assert 0 < (found > 0).sum() < 100
 
 
-def test_weights_may_ask_a_planner() -> None:
-    """With contested objects: the share of those found that must not be missed."""
-    beside, far = (13.0, 3.5, 0.0), (40.0, 3.5, 0.0)
-
-    def must_not_be_missed(real: Boxes3D, intention: Intention) -> Floats:
-        return contested_objects(Scene("", real), intention).astype(float)
-
-    truth = [cars(beside, far)] * 2
-    found = safety_weighted_recall(truth, [cars(beside), cars(far)], weigh=must_not_be_missed)
-    assert found.recall.value == 0.5
-    assert found.by_intention == {"left": 0.5, "straight": None, "right": None}
-    assert found.weighed == 2
-
-
 def test_frames_belong_together() -> None:
     with pytest.raises(ValueError, match="argument 2 is shorter"):
         safety_weighted_recall([cars(LATER)], [])
@@ -151,3 +135,18 @@ def test_as_json() -> None:
         "recall": 1.0, "recall_interval": [1.0, 1.0], "frames": 2, "weighed": 2, "threshold": 0.3,
         "by_intention": {"left": None, "straight": 1.0, "right": None},
     }  # fmt: skip
+
+
+def test_weights_may_be_ones_own() -> None:
+    """Such as those of a planner: here a car beside must not be missed on the way to the left."""
+    beside, far = (13.0, 3.5, 0.0), (40.0, 3.5, 0.0)
+
+    def must_not_be_missed(real: Boxes3D, intention: Intention) -> Floats:
+        near = real.poses[:, 0] < 20.0
+        return near.astype(float) if intention == Intention.LEFT else np.zeros(len(real))
+
+    truth = [cars(beside, far)] * 2
+    found = safety_weighted_recall(truth, [cars(beside), cars(far)], weigh=must_not_be_missed)
+    assert found.recall.value == 0.5
+    assert found.by_intention == {"left": 0.5, "straight": None, "right": None}
+    assert found.weighed == 2

@@ -135,9 +135,9 @@ def test_all_of_them_in_run_and_report(
     )  # fmt: skip
     assert json.loads(done.stdout)["failed"] == 0
     there = RunFolder.open(out)
-    assert {row["planner"] for row in there.episodes()} == {"lane_change"}
+    assert {row.planner for row in there.episodes()} == {"lane_change"}
     straight = {
-        setting.removeprefix("pipeline "): [row["outcome"] for row in rows]
+        setting.removeprefix("pipeline "): [row.record.outcome for row in rows]
         for setting, _ in there.settings()
         if (rows := there.episodes(setting=setting, intention="straight"))
     }

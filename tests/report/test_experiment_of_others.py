@@ -46,7 +46,7 @@ def cells(configuration):
 def findings(run, request):
     tosses = {}
     for row in run.measurements(name="heads"):
-        tosses.setdefault(row["strength"], []).append(row["value"])
+        tosses.setdefault(row.strength, []).append(row.value)
     if not tosses:
         return Findings()
     shares = {weight: sum(found) / len(found) for weight, found in tosses.items()}

@@ -104,14 +104,14 @@ def old_run(tmp_path: Path) -> Path:
 
 
 def check_rows(run: RunFolder) -> None:
-    losses = {row["setting"]: row["value"] for row in run.measurements(name="loss")}
+    losses = {row.setting: row.value for row in run.measurements(name="loss")}
     assert losses.items() >= {
         "mine unattacked": 0.0, "mine thesis_pgd-0.4": 1.0,
         "mine texture-thesis_pgd-1": 2.0, "mine pgd-0.4 of others": 3.0,
     }.items()  # fmt: skip
     assert list(run.detections("mine thesis_pgd-0.4 8-bit", 4.0)) == ["000001"]
-    assert [row["safe"] for row in run.episodes(setting="mine thesis_pgd-0.4")] == [1]
-    attacks = {cell["arguments"]["attack"] for cell in run.cells()}
+    assert [row.record.safe for row in run.episodes(setting="mine thesis_pgd-0.4")] == [True]
+    attacks = {cell.arguments["attack"] for cell in run.cells()}
     assert attacks >= {*NEW_ATTACKS, "pgd-0.4 of others"}
     assert ("mine texture-thesis_pgd-1", 4.0) in run.settings()
 
@@ -131,7 +131,7 @@ def test_it_goes_on_where_it_was(old_run: Path) -> None:
     assert (done.cells, done.kept, done.done) == (4, 3, 1)
     run = RunFolder.open(old_run)
     check_rows(run)
-    assert run.measurements(setting="mine thesis_pgd-1")[0]["value"] == -1.0
+    assert run.measurements(setting="mine thesis_pgd-1")[0].value == -1.0
     assert (run.missing(), len(run.cells())) == (0, 5)
     # Once more, and by the other experiment: nothing is left to do, and nothing was lost.
     for each in (PERTURBATION, OTHER):
@@ -158,7 +158,7 @@ def test_experiments_are_renamed_in_the_tables_too(old_run: Path) -> None:
     with closing(sqlite3.connect(old_run / "results.sqlite")) as database, database:
         database.execute("UPDATE needs SET experiment = 'knowing' WHERE experiment = 'other'")
     (cell,) = RunFolder.open(old_run).cells("adaptive_attacks")
-    assert cell["arguments"] == {"attack": "pgd-0.4 of others"}
+    assert cell.arguments == {"attack": "pgd-0.4 of others"}
 
 
 def test_parts_in_the_options_of_a_run_are_renamed(old_run: Path) -> None:

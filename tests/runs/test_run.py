@@ -64,7 +64,7 @@ def test_failed_cells_are_noted_and_tried_again_when_asked(
     experiment = tiny.trouble("fine", "data", "bug", "exit", "no result", "fine")
     report = go(root, experiment)
     assert (report.done, len(report.failures)) == (2, 4)
-    errors = [row["error"] for row in RunFolder.open(root).failures()]
+    errors = [cell.error for cell in RunFolder.open(root).failures()]
     assert errors[0] == "000001.png: the frame is dark."
     assert errors[1:3] == ["ZeroDivisionError: a slip", "SystemExit: enough"]
     assert "CellResult" in errors[3]

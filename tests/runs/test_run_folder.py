@@ -83,9 +83,13 @@ def test_records_come_back_as_they_were(run: RunFolder) -> None:
         assert all(same(facts[name], found[name]) for name in facts), (facts, found)
     assert SafetyRates.of(records).safe_driving_rate == 1 / 3
     rows = run.episodes(setting="dsgn")
-    assert [(r["planned"], r["collision"], r["safe"]) for r in rows] == [
-        (1, 0, 1), (0, 0, 0), (1, 1, 0),
-    ]  # fmt: skip
+    assert repr([row.record for row in rows]) == repr(RECORDS)
+    assert {(row.setting, row.strength, row.planner) for row in rows} == {("dsgn", 4.0, "astar")}
+    there_are = {
+        name: len(run.episodes(setting="dsgn", **{name: 1}))
+        for name in ("planned", "collision", "safe")
+    }
+    assert there_are == {"planned": 2, "collision": 1, "safe": 1}
     assert len(run.episodes()) == 3 + 2 * 2 * 2
     assert not run.episodes(setting="dsgn", strength=3)
 
@@ -119,11 +123,12 @@ def test_everything_else_comes_back(run: RunFolder) -> None:
     assert found["000001"].location.astype(np.float32)[0, 0] == np.float32(1.1)
     assert found["000001"].moving is not None
     assert found["000001"].moving.tolist() == [True]
-    assert [row["value"] for row in run.measurements(setting="dsgn")] == [0.5]
-    assert [row["value"] for row in run.measurements(name="no")] == [None]
+    assert run.measurements(setting="dsgn") == [Measurement("dsgn", "000001", "loss", 0.5)]
+    (none,) = run.measurements(name="no")
+    assert np.isnan(none.value)
     assert run.timings()["attack"] == {"cells": 1, "seconds": 2.0}
-    assert run.cells()[0]["arguments"] == {"n": 1}
-    assert [row["arguments"]["scenario"] for row in run.cells("precision")] == [
+    assert run.cells()[0].arguments == {"n": 1}
+    assert [row.arguments["scenario"] for row in run.cells("precision")] == [
         "000000", "000001", "000000", "000001",
     ]  # fmt: skip
     assert run.configuration.limit == 2

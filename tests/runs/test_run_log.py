@@ -40,7 +40,7 @@ def test_rows_are_kept_without_a_log(
         [failing], Configuration(), tmp_path, workers=workers, threads=1, retry=True
     )
     assert len(report.failures) == 1
-    assert {row["status"] for row in RunFolder.open(tmp_path).cells()} == {"done", "failed"}
+    assert {cell.status for cell in RunFolder.open(tmp_path).cells()} == {"done", "failed"}
     assert "Traceback" not in capfd.readouterr().err
 
 

@@ -50,8 +50,9 @@ def rows(path: Path) -> list[Any]:
     run = RunFolder(path.parent, {})
     with closing(ResultStore(path)) as store:
         statuses = store.statuses()
-    cells = [{**cell, "arguments": str(cell["arguments"])} for cell in run.cells()]
-    return [statuses, cells, run.measurements(), run.missing(), run.timings(), run.episodes()]
+    tables = [run._rows(f"SELECT * FROM {name}") for name in ("measurements", "drives")]
+    found = repr([run.cells(), run.measurements(), run.episodes()])
+    return [statuses, tables, found, run.missing(), run.timings()]
 
 
 def mutated(content: bytearray, randomness: random.Random) -> bytes:

@@ -29,13 +29,18 @@ from avsec_gym.validation.thresholds import (
     Threshold,
     ThresholdTable,
     read_threshold_table,
-    threshold_table,
 )
 from avsec_gym.validation.validator import SHARES
 
 THREE_CAMERAS = SensorSystem((1, 3, 2))
 """The thesis' scenario 2."""
 CRITERIA: tuple[Criterion, ...] = (*MEASURES, "any")
+
+
+def table_of(on: FittedOn, frames: list[dict[Any, DisparityError]]) -> ThresholdTable:
+    """The table of attack-free frames, of the errors of all triples of each."""
+    shares = [[frame[triple].shares for triple in on.system.triples] for frame in frames]
+    return ThresholdTable(on, np.array(shares))
 
 
 def samples(on: FittedOn, count: int = 200) -> list[dict[Any, DisparityError]]:
@@ -61,7 +66,7 @@ def test_the_share_r_of_the_samples_lies_beyond(
     kitti_on: FittedOn, rate: float, criterion: Criterion
 ) -> None:
     frames = samples(kitti_on)
-    thresholds = threshold_table(kitti_on, frames).thresholds(rate, criterion)
+    thresholds = table_of(kitti_on, frames).thresholds(rate, criterion)
     assert set(thresholds) == set(KITTI_SYSTEM.triples)
     for triple, threshold in thresholds.items():
         beyond = np.mean([threshold.exceeded(errors[triple]) for errors in frames])
@@ -70,7 +75,7 @@ def test_the_share_r_of_the_samples_lies_beyond(
 
 
 def test_the_thesis_looks_at_the_error_alone(kitti_on: FittedOn) -> None:
-    table = threshold_table(kitti_on, samples(kitti_on))
+    table = table_of(kitti_on, samples(kitti_on))
     threshold = table.thresholds(0.02, "error")[0, 1, 3]
     errors = np.sort(table.shares[:, 1, 0])
     # 4 of 200 lie above: the threshold is the largest inlier.
@@ -104,7 +109,7 @@ def test_of_equal_samples_as_many_lie_beyond_as_can(
 def test_thresholds_vouch_for_what_few_samples_can_show(
     kitti_on: FittedOn, rate: float, above: int
 ) -> None:
-    table = threshold_table(kitti_on, samples(kitti_on))
+    table = table_of(kitti_on, samples(kitti_on))
     expected = beta.ppf(0.95, above + 1, 200 - above)
     assert table.vouched_rate(rate, "error") == pytest.approx(expected)
     assert table.vouched_rate(rate, "any") <= expected + 1e-12
@@ -112,7 +117,7 @@ def test_thresholds_vouch_for_what_few_samples_can_show(
 
 
 def test_thresholds_below_every_sample_vouch_for_nothing(kitti_on: FittedOn) -> None:
-    assert threshold_table(kitti_on, samples(kitti_on)).vouched_rate(1.0, "error") == 1
+    assert table_of(kitti_on, samples(kitti_on)).vouched_rate(1.0, "error") == 1
 
 
 def test_detection_with_three_sensors() -> None:
@@ -130,7 +135,7 @@ def test_detection_with_three_sensors() -> None:
 
 
 def test_a_table_survives_its_file(tmp_path: Path, kitti_on: FittedOn) -> None:
-    table = threshold_table(kitti_on, samples(kitti_on))
+    table = table_of(kitti_on, samples(kitti_on))
     path = tmp_path / "new" / "thresholds.json"
     table.write(path)
     again = read_threshold_table(path)
@@ -165,7 +170,7 @@ def test_broken_files_are_named(
     tmp_path: Path, kitti_on: FittedOn, change: Callable[[dict[str, Any]], object], problem: str
 ) -> None:
     path = tmp_path / "thresholds.json"
-    threshold_table(kitti_on, samples(kitti_on, 20)).write(path)
+    table_of(kitti_on, samples(kitti_on, 20)).write(path)
     content = json.loads(path.read_text())
     change(content)
     path.write_text(json.dumps(content))
@@ -236,18 +241,18 @@ def test_whatever_a_file_holds_of_depth_is_taken_or_refused_by_the_file(
 @pytest.mark.parametrize("rate", [-0.1, 1.1, float("nan")])
 def test_rates_that_are_none(kitti_on: FittedOn, rate: float) -> None:
     with pytest.raises(ConfigurationError, match="from 0 to 1"):
-        threshold_table(kitti_on, samples(kitti_on, 5)).thresholds(rate)
+        table_of(kitti_on, samples(kitti_on, 5)).thresholds(rate)
 
 
 def test_no_samples(kitti_on: FittedOn) -> None:
     with pytest.raises(ConfigurationError, match="each sample has 4 triples"):
-        threshold_table(kitti_on, [])
+        table_of(kitti_on, [])
 
 
 def test_real_pairs_raise_the_threshold_of_brightness_and_no_other(
     kitti_on: FittedOn, tmp_path: Path
 ) -> None:
-    table = threshold_table(kitti_on, samples(kitti_on))
+    table = table_of(kitti_on, samples(kitti_on))
     highest = float(table.shares[..., MEASURES.index("brightness")].max())
     for least in (1e-6, highest + 0.01):
         raised = replace(table, least_brightness=least)
@@ -274,7 +279,7 @@ def test_real_pairs_raise_the_threshold_of_brightness_and_no_other(
 
 
 def test_a_raised_threshold_is_not_called_the_largest_sample(kitti_on: FittedOn) -> None:
-    table = threshold_table(kitti_on, samples(kitti_on))
+    table = table_of(kitti_on, samples(kitti_on))
     assert SHARES["brightness"] not in ThresholdValidator(table, 0.05).remark
     raised = replace(table, least_brightness=0.99)
     assert SHARES["brightness"] not in ThresholdValidator(raised, 0.05).remark

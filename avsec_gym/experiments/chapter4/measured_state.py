@@ -108,9 +108,8 @@ def measured_states(
     setting = setting_of(part, condition, state)
     found: dict[str, dict[str, dict[int, float]]] = {}
     for row in results.measurements(setting=setting):
-        column, _, index = row["name"].rpartition(" ")
-        value = np.nan if row["value"] is None else row["value"]
-        found.setdefault(row["scenario"], {}).setdefault(column, {})[int(index)] = value
+        column, _, index = row.name.rpartition(" ")
+        found.setdefault(row.scenario, {}).setdefault(column, {})[int(index)] = row.value
     return [
         _state(place, columns) for place, columns in sorted(found.items()) if _is_whole(columns)
     ]

@@ -19,6 +19,7 @@ from avsec_gym.experiments.chapter5.families import FamilyFigures, family_figure
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.progress import Progress, no_progress
+from avsec_gym.runs.experiment import Measurement
 from avsec_gym.runs.results import Results
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
@@ -92,7 +93,7 @@ class ContestedResults:
         """See `Results`."""
         return self.results.detections(setting, strength)
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+    def measurements(self, **where: Any) -> list[Measurement]:
         """See `Results`."""
         return self.results.measurements(**where)
 

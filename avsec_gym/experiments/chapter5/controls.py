@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,7 +113,7 @@ def control_rows(outcomes: Outcomes) -> list[ControlRow]:
     """
     values: _Values = defaultdict(dict)
     for row in outcomes.results.measurements():
-        values[row["setting"], row["strength"], row["name"]][row["scenario"]] = row["value"]
+        values[row.setting, row.strength, row.name][row.scenario] = row.value
     rows = (
         _control_row(outcomes, condition, values)
         for condition in outcomes.conditions
@@ -181,7 +182,7 @@ def _control_row(outcomes: Outcomes, condition: Condition, values: _Values) -> C
         pairs += [
             (scenario, before[scenario], after[scenario])
             for scenario in outcomes.scenarios
-            if before.get(scenario) is not None and after.get(scenario) is not None
+            if _is_measured(before, scenario) and _is_measured(after, scenario)
         ]
         # 2. The largest change of a pixel, and whether a patch's ghost was seen.
         largest, ghosts = values[*key, "change"], values[*key, "ghost_seen"]
@@ -206,6 +207,10 @@ def _control_row(outcomes: Outcomes, condition: Condition, values: _Values) -> C
         within_budget=budget is None or max(changes) <= budget + _ROUNDING,
         ghosts_seen=_share([value for _, value in seen], [scenario for scenario, _ in seen]),
     )
+
+
+def _is_measured(values: Mapping[str, float], scenario: str) -> bool:
+    return not math.isnan(values.get(scenario, math.nan))
 
 
 def _median(values: Floats) -> float | None:

@@ -95,7 +95,7 @@ def _ghosts_seen(outcomes: Outcomes, condition: Condition, intention: Intention)
     rows = outcomes.results.measurements(
         name="ghost_seen", setting=setting(condition.detector, attack)
     )
-    return {row["scenario"]: row["value"] > 0 for row in rows}
+    return {row.scenario: row.value > 0 for row in rows}
 
 
 def _share(flags: NDArray[np.bool_], scenarios: NDArray[np.str_]) -> Estimate:

@@ -103,7 +103,7 @@ def spread_rows(results: Results) -> list[SpreadRow]:
     """Figure 5.8 in numbers: of each detector, patch, kind of images and layer, what spreads."""
     found: dict[str, dict[str, float]] = defaultdict(dict)
     for row in results.measurements(scenario=""):
-        found[row["setting"]][row["name"]] = row["value"]
+        found[row.setting][row.name] = row.value
     return [
         SpreadRow(
             *(detector, patch, images, layer),

@@ -248,7 +248,7 @@ def placement_rows(outcomes: Outcomes) -> list[PlacementRow]:
 def _by_placement(outcomes: Outcomes, condition: Condition) -> dict[str, list[SafetyRecord]]:
     """The records of each group of table 5.5."""
     aims = {
-        row["scenario"]: list(Intention)[int(row["value"])]
+        row.scenario: list(Intention)[int(row.value)]
         for row in outcomes.results.measurements(name="attack_intention", setting=condition.setting)
     }
     groups: dict[str, list[SafetyRecord]] = defaultdict(list)

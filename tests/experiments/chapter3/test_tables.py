@@ -28,6 +28,7 @@ from avsec_gym.experiments.chapter3.identification.identification_rates import (
 )
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import measured
 from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.runs.experiment import Measurement
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
@@ -229,12 +230,12 @@ class Stored:
                 ]
                 values = [*table.shares[m, index], *table.of_triples[m, index].ravel()]
                 self.rows += [
-                    {"setting": setting, "scenario": id, "name": name, "value": value}
+                    Measurement(setting, id, name, value)
                     for name, value in zip(named, values, strict=True)
                 ]
 
-    def measurements(self, **where: str) -> list[dict]:
-        return [row for row in self.rows if row["setting"] == where["setting"]]
+    def measurements(self, **where: str) -> list[Measurement]:
+        return [row for row in self.rows if row.setting == where["setting"]]
 
 
 def test_a_run_is_read_back_and_half_a_frame_left_out() -> None:

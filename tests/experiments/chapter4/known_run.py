@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -32,12 +31,11 @@ class Kept:
     """What cells came to, as a run keeps it."""
 
     def __init__(self, rows: Sequence[Measurement]) -> None:
-        self._rows: dict[str, list[dict[str, Any]]] = {}
+        self._rows: dict[str, list[Measurement]] = {}
         for row in rows:
-            value = None if np.isnan(row.value) else float(row.value)
-            self._rows.setdefault(row.setting, []).append({**vars(row), "value": value})
+            self._rows.setdefault(row.setting, []).append(row)
 
-    def measurements(self, setting: str) -> list[dict[str, Any]]:
+    def measurements(self, setting: str) -> list[Measurement]:
         return self._rows.get(setting, [])
 
     def timings(self) -> dict[str, dict[str, float]]:

@@ -15,6 +15,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import setting, specific
 from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.runs.experiment import Measurement
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.world.layouts.view import observation_angle, project_boxes
 
@@ -53,7 +54,7 @@ class MadeResults:
     def __init__(self) -> None:
         self.episodes: dict[tuple[str, float, str], list[SafetyRecord]] = {}
         self.seen: dict[tuple[str, float], dict[str, Boxes3D]] = {}
-        self.numbers: list[dict[str, Any]] = []
+        self.numbers: list[Measurement] = []
 
     def settings(self) -> list[tuple[str, float]]:
         return sorted({key[:2] for key in self.episodes} | set(self.seen))
@@ -74,17 +75,18 @@ class MadeResults:
     def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
         return self.seen.get((setting, strength), {})
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+    def measurements(self, **where: Any) -> list[Measurement]:
         return [
-            row for row in self.numbers if all(row[key] == value for key, value in where.items())
+            row
+            for row in self.numbers
+            if all(getattr(row, key) == value for key, value in where.items())
         ]
 
     def measure(self, condition: Condition, name: str, values: Mapping[str, float]) -> None:
         self.numbers += [
-            {"setting": condition.setting, "strength": condition.strength, "scenario": scenario,
-             "name": name, "value": value}
+            Measurement(condition.setting, scenario, name, value, condition.strength)
             for scenario, value in values.items()
-        ]  # fmt: skip
+        ]
 
     def add(
         self,

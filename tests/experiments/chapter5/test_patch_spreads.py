@@ -64,9 +64,7 @@ def test_what_is_stored_can_be_read_in_order(
     monkeypatch.setattr(PatchSpreads, "spread", spread)
     work, results = PatchSpreads(Configuration()), made.MadeResults()
     for detector in ("stereo_rcnn", "dsgn"):
-        results.numbers += [
-            vars(row) for row in reversed(work(detector, "noise", "noise").measurements)
-        ]
+        results.numbers += reversed(work(detector, "noise", "noise").measurements)
     rows = spread_rows(results)
     assert [(row.detector, row.layer) for row in rows] == [
         ("dsgn", "conv1"),

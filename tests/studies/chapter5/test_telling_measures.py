@@ -12,7 +12,6 @@ import pytest
 from scipy.stats import spearmanr
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.evaluation.contested_objects import contested_objects
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.geometry import Floats
@@ -31,6 +30,7 @@ from studies.chapter5.case_measures import (
     CaseMeasures,
     case_measures,
 )
+from studies.chapter5.measures.contested_objects import contested_objects
 from studies.chapter5.telling_figure import draw_telling
 from studies.chapter5.telling_flips import FlipRow, flip_rows
 from studies.chapter5.telling_measures import (

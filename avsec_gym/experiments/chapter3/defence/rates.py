@@ -144,12 +144,12 @@ def alarm_rows(results: Results) -> list[AlarmRow]:
     """Whether each attack is detected, and how soon; `NO_ATTACK` first."""
     alarms: dict[str, dict[str, bool]] = {}
     for row in results.measurements(name="alarm"):
-        alarms.setdefault(row["setting"], {})[row["scenario"]] = bool(row["value"])
+        alarms.setdefault(row.setting, {})[row.scenario] = row.value > 0
     named: dict[str, dict[str, set[str]]] = {}
     for row in results.measurements():
-        sensor = row["name"].removeprefix("named ")
-        if row["value"] == 1 and sensor != row["name"]:
-            named.setdefault(row["setting"], {}).setdefault(row["scenario"], set()).add(sensor)
+        sensor = row.name.removeprefix("named ")
+        if row.value == 1 and sensor != row.name:
+            named.setdefault(row.setting, {}).setdefault(row.scenario, set()).add(sensor)
     rows = []
     for attack in sorted(alarms, key=lambda name: (name != NO_ATTACK, name.count("+"), name)):
         true = set() if attack == NO_ATTACK else set(attack.split("+"))

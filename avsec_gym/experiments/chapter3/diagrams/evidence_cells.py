@@ -9,14 +9,7 @@ import numpy as np
 
 from avsec_gym.experiments.chapter3.attacks import tampered_frames
 from avsec_gym.experiments.chapter3.diagrams.scan_rings import kept_rings, on_rings
-from avsec_gym.experiments.chapter3.diagrams.settings import (
-    DIAGRAM_OPTIONS,
-    PUBLISHED,
-    believers_of,
-    matchers_of,
-    scans_of,
-    variants_of,
-)
+from avsec_gym.experiments.chapter3.diagrams.settings import DiagramSettings
 from avsec_gym.experiments.chapter3.diagrams.variant import (
     Variant,
     is_of_lidar,
@@ -62,14 +55,12 @@ _PLACES, _CHANGES = 5, 6
 def diagram_cells(configuration: Configuration) -> list[Cell]:
     """A cell for each frame and matcher, then one for each frame and its objects."""
     check_parts(configuration)
-    options = {**DIAGRAM_OPTIONS, **configuration.options}
-    variants_of(options)  # What cannot be is an error before the first frame.
+    settings = DiagramSettings.of(configuration)  # An error here comes before the first frame.
     frames = {part: recordings_of(configuration, part).frames for part in (FITTED, JUDGED)}
     kinds = [
-        (_WORK, {"matcher": matcher, "evidence": EVIDENCE_FORMAT})
-        for matcher in matchers_of(options)
+        (_WORK, {"matcher": matcher, "evidence": EVIDENCE_FORMAT}) for matcher in settings.depths()
     ]
-    kinds += [(_OBJECTS, {})] if options["believers"] else []
+    kinds += [(_OBJECTS, {})] if settings.believers else []
     return [
         Cell.of(work, drive_of(recorded.id), part=part, number=number, format=DIAGRAM_FORMAT, **own)
         for work, own in kinds
@@ -80,12 +71,12 @@ def diagram_cells(configuration: Configuration) -> list[Cell]:
 
 def diagram_inputs(configuration: Configuration) -> dict[str, Path]:
     """Weights, and the manifests of procedural drives."""
-    options = {**DIAGRAM_OPTIONS, **configuration.options}
-    found = (
-        {"weights of a published PSMNet": Path(options[PUBLISHED])} if options[PUBLISHED] else {}
-    )
-    if options["believers"]:
-        found |= weight_inputs([*believers_of(options), options["image_detector"]], options)
+    settings = DiagramSettings.of(configuration)
+    given = settings.published
+    found = {"weights of a published PSMNet": Path(given)} if given else {}
+    if settings.believers:
+        networks = [*settings.believers, settings.image_detector]
+        found |= weight_inputs(networks, settings.weights)
     return found | drives_inputs(configuration, (FITTED, JUDGED))
 
 
@@ -133,9 +124,9 @@ class DiagramEvidence:
     """
 
     def __init__(self, configuration: Configuration) -> None:
-        options = {**DIAGRAM_OPTIONS, **configuration.options}
-        self._depths, self._scans = matchers_of(options), scans_of(options)
-        self._variants = variants_of(options)
+        settings = DiagramSettings.of(configuration)
+        self._depths, self._scans = settings.depths(), settings.scans
+        self._variants = settings.variants()
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
         self._seeds = {part: seed_of(configuration, part) for part in (FITTED, JUDGED)}
         self._cars = CarsOfFrames(self._parts[FITTED].frames)

@@ -13,12 +13,7 @@ from avsec_gym.experiments.chapter3.diagrams.evidence_cells import (
     place_seed,
 )
 from avsec_gym.experiments.chapter3.diagrams.scan_rings import kept_rings, on_rings
-from avsec_gym.experiments.chapter3.diagrams.settings import (
-    DIAGRAM_OPTIONS,
-    believers_of,
-    scans_of,
-    variants_of,
-)
+from avsec_gym.experiments.chapter3.diagrams.settings import DiagramSettings
 from avsec_gym.experiments.chapter3.diagrams.variant import (
     Variant,
     is_of_lidar,
@@ -83,12 +78,13 @@ class DiagramObjects:
     """
 
     def __init__(self, configuration: Configuration) -> None:
-        self._options = {**DIAGRAM_OPTIONS, **configuration.options}
-        names = believers_of(self._options)
-        self._believers = {name: lidar_detector(name, self._options) for name in names}
-        self._image_name = str(self._options["image_detector"])
-        self._image = image_detector(self._image_name, self._options)
-        self._scans, self._variants = scans_of(self._options), variants_of(self._options)
+        settings = DiagramSettings.of(configuration)
+        self._believers = {
+            name: lidar_detector(name, settings.weights) for name in settings.believers
+        }
+        self._image_name = settings.image_detector
+        self._image = image_detector(self._image_name, settings.weights)
+        self._scans, self._variants = settings.scans, settings.variants()
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
         self._seed = seed_of(configuration, JUDGED)
         self._cars = CarsOfFrames(self._parts[FITTED].frames)

@@ -21,12 +21,7 @@ from avsec_gym.experiments.chapter3.diagrams.object_cells import (
     truth_setting,
     views_setting,
 )
-from avsec_gym.experiments.chapter3.diagrams.settings import (
-    DIAGRAM_OPTIONS,
-    believers_of,
-    scans_of,
-    variants_of,
-)
+from avsec_gym.experiments.chapter3.diagrams.settings import DiagramSettings
 from avsec_gym.experiments.chapter3.diagrams.variant import Variant, is_of_lidar
 from avsec_gym.experiments.chapter3.objects.baseline_rates import largest_count
 from avsec_gym.experiments.chapter3.objects.believed_points import ATTACKED, score_name
@@ -107,17 +102,17 @@ def object_rates(
         rate: The false alarm rate r that mismatches are to keep.
         fewest: Frames of each part that it takes.
     """
-    options = {**DIAGRAM_OPTIONS, **configuration.options}
-    if not options["believers"]:
+    settings = DiagramSettings.of(configuration)
+    if not settings.believers:
         return None
-    detectors, variants = believers_of(options), variants_of(options)
+    detectors, variants = settings.believers, settings.variants()
     # The score from which on a box counts, of each detector and scan, by clean frames to fit on.
     scores = {
         (name, scan): score_threshold(
             results, truth_setting(FITTED),
             seen_setting(name, FITTED, clean_name(scan), SYSTEM.reference),
         )
-        for name in detectors for scan in scans_of(options)
+        for name in detectors for scan in settings.scans
     }  # fmt: skip
     # How often each detector of scans takes bogus points for an obstacle.
     believed = [
@@ -128,7 +123,7 @@ def object_rates(
         and (row := _believed(results, name, variant, scores[name, variant.scan].score, fewest))
     ]
     # The same score of the images' detector, whose objects the scan's are compared with.
-    image = str(options["image_detector"])
+    image = settings.image_detector
     camera = score_threshold(
         results,
         truth_setting(FITTED),
@@ -138,7 +133,7 @@ def object_rates(
     counts = _Counts(results, detectors[0], image, camera.score)
     # How often mismatches alarm, where clean frames to fit on keep the rate.
     found = []
-    for scan in scans_of(options):
+    for scan in settings.scans:
         least = scores[detectors[0], scan].score
         clean = counts.of(FITTED, None, scan, least)
         if clean is None or len(clean.frames) < fewest:
@@ -164,8 +159,8 @@ def _believed(
     setting = believed_setting(variant.name)
     taken, before = (
         {
-            # None is stored where there is no box.
-            row["scenario"]: row["value"] is not None and row["value"] >= least
+            # No score, NaN, is stored where there is no box.
+            row.scenario: row.value >= least
             for row in results.measurements(setting=setting, name=score_name(detector, state))
         }
         for state in (ATTACKED, CLEAN)
@@ -214,7 +209,7 @@ class _Counts:
             least: The score from which on a box of a scan counts.
         """
         widths = {
-            row["scenario"]: row["value"]
+            row.scenario: row.value
             for row in self.results.measurements(setting=views_setting(part), name=WIDTH)
         }
         cameras = [int(SYSTEM.sensors[position]) for position in ATTACKED_CAMERAS]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.argument_checks import number, one_of, whole_number
@@ -15,6 +16,7 @@ from avsec_gym.experiments.chapter3.diagrams.variant import (
 )
 from avsec_gym.experiments.chapter3.objects.detector_weights import WEIGHT_OPTIONS
 from avsec_gym.experiments.chapter3.recordings import PART_OPTIONS
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 
@@ -51,73 +53,99 @@ what looks at images; by the networks' names their weights."""
 _MOST = 10_000_000
 
 
-def matchers_of(options: Mapping[str, Any]) -> dict[str, PairDepth]:
-    """The depth of pairs by the matchers' names.
+@dataclass(frozen=True)
+class DiagramSettings:
+    """`DIAGRAM_OPTIONS` of a run, each name and number one that can be.
 
     Args:
-        options: Values of `DIAGRAM_OPTIONS`.
-
-    Raises:
-        ConfigurationError: No such matcher, or the published one without weights.
+        matchers: Some of `MATCHERS`.
+        published: The file of a published PSMNet's weights; empty: none is given.
+        scans: How many points are left of the scan, 0 for all; one or more.
+        forms: Some of `FORMS`.
+        points: How many points a bogus object has, 0 for as many as the LiDAR's own beams meet.
+        lights: Some of `LIGHTS`.
+        sizes: Radii of lights, in shares of the image's width.
+        strengths: Grey levels at the peak of lights.
+        believers: Detectors that look at scans; the first is compared with images.
+        image_detector: The detector that looks at images.
+        weights: What `WEIGHT_OPTIONS` give to networks, by their names.
     """
-    found = {}
-    for name in _names(options, "matchers", MATCHERS):
-        what = MATCHERS[name]
-        if name == PUBLISHED:
-            if not options[PUBLISHED]:
-                raise ConfigurationError(
-                    f"{PUBLISHED} takes the file of its weights, as of `avsec weights import`:"
-                    f" --options {PUBLISHED}=FILE"
-                )
-            assert not isinstance(what, str)
-            what = {**what, "weights": options[PUBLISHED]}
-        found[name] = PairDepth(what)
-    return found
+
+    matchers: Sequence[str]
+    published: str
+    scans: Sequence[int]
+    forms: Sequence[str]
+    points: Sequence[int]
+    lights: Sequence[str]
+    sizes: Sequence[float]
+    strengths: Sequence[float]
+    believers: Sequence[str]
+    image_detector: str
+    weights: Mapping[str, str]
+
+    @classmethod
+    def of(cls, configuration: Configuration) -> DiagramSettings:
+        """The settings of a run.
+
+        Raises:
+            ConfigurationError: A name or number that cannot be, or none.
+        """
+        options = {**DIAGRAM_OPTIONS, **configuration.options}
+        believers = str(options["believers"])
+        return cls(
+            _names(options, "matchers", MATCHERS),
+            str(options[PUBLISHED]),
+            [whole_number("scans", each, 0, _MOST) for each in _numbers(options, "scans")],
+            _names(options, "forms", FORMS),
+            [whole_number("points", each, 0, _MOST) for each in _numbers(options, "points")],
+            _names(options, "lights", LIGHTS),
+            [number("sizes", each, 1e-4, 10.0) for each in _numbers(options, "sizes")],
+            [number("strengths", each, 0.01, 1e5) for each in _numbers(options, "strengths")],
+            believers.split(",") if believers else (),
+            str(options["image_detector"]),
+            {name: options[name] for name in WEIGHT_OPTIONS if name in options},
+        )
+
+    def depths(self) -> dict[str, PairDepth]:
+        """The depth of pairs by the matchers' names.
+
+        Raises:
+            ConfigurationError: The published network is to match, and has no weights.
+        """
+        found = {}
+        for name in self.matchers:
+            what = MATCHERS[name]
+            if name == PUBLISHED:
+                if not self.published:
+                    raise ConfigurationError(
+                        f"{PUBLISHED} takes the file of its weights, as of `avsec weights import`:"
+                        f" --options {PUBLISHED}=FILE"
+                    )
+                assert not isinstance(what, str)
+                what = {**what, "weights": self.published}
+            found[name] = PairDepth(what)
+        return found
+
+    def variants(self) -> list[Variant]:
+        """All attacks of a run: bogus objects in every scan, lights with the first of the scans."""
+        objects = [
+            Variant(LIDAR, form, count, scan=scan)
+            for scan in self.scans
+            for form in self.forms
+            for count in self.points
+        ]
+        lights = [
+            Variant(CAMERA, light, strength, size, self.scans[0])
+            for light in self.lights
+            for size in self.sizes
+            for strength in self.strengths
+        ]
+        return objects + lights
 
 
-def variants_of(options: Mapping[str, Any]) -> list[Variant]:
-    """All attacks of a run: bogus objects in every scan, lights with the first of the scans.
-
-    Args:
-        options: Values of `DIAGRAM_OPTIONS`.
-
-    Raises:
-        ConfigurationError: A name or number that cannot be.
-    """
-    scans = scans_of(options)
-    points = _numbers(options, "points")
-    objects = [
-        Variant(LIDAR, form, count, scan=scan)
-        for scan in scans
-        for form in _names(options, "forms", FORMS)
-        for count in (whole_number("points", each, 0, _MOST) for each in points)
-    ]
-    lights = [
-        Variant(CAMERA, light, number("strengths", strength, 0.01, 100_000.0), size, scans[0])
-        for light in _names(options, "lights", LIGHTS)
-        for size in (number("sizes", each, 1e-4, 10.0) for each in _numbers(options, "sizes"))
-        for strength in _numbers(options, "strengths")
-    ]
-    return objects + lights
-
-
-def scans_of(options: Mapping[str, Any]) -> list[int]:
-    """How many points are left of the scan, 0 for all.
-
-    Raises:
-        ConfigurationError: A number that cannot be, or none.
-    """
-    return [whole_number("scans", each, 0, _MOST) for each in _numbers(options, "scans")]
-
-
-def believers_of(options: Mapping[str, Any]) -> list[str]:
-    """The names of the detectors that look at scans."""
-    return str(options["believers"]).split(",")
-
-
-def _names(options: Mapping[str, Any], name: str, known: Mapping[str, Any]) -> Iterator[str]:
-    for each in dict.fromkeys(str(options[name]).split(",")):
-        yield one_of(f"{name[:-1]} among --options {name}", each, known)
+def _names(options: Mapping[str, Any], name: str, known: Mapping[str, Any]) -> list[str]:
+    found = dict.fromkeys(str(options[name]).split(","))
+    return [one_of(f"{name[:-1]} among --options {name}", each, known) for each in found]
 
 
 def _numbers(options: Mapping[str, Any], name: str) -> list[Any]:

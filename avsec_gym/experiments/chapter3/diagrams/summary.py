@@ -19,12 +19,7 @@ from avsec_gym.experiments.chapter3.diagrams.evidence_cells import (
     only,
 )
 from avsec_gym.experiments.chapter3.diagrams.object_rates import ObjectRates, object_rates
-from avsec_gym.experiments.chapter3.diagrams.settings import (
-    DIAGRAM_OPTIONS,
-    matchers_of,
-    scans_of,
-    variants_of,
-)
+from avsec_gym.experiments.chapter3.diagrams.settings import DiagramSettings
 from avsec_gym.experiments.chapter3.diagrams.variant import Variant, is_of_lidar
 from avsec_gym.experiments.chapter3.identification.detection_rates import exceeded
 from avsec_gym.experiments.chapter3.identification.evidence_table import (
@@ -152,12 +147,12 @@ class Judged:
 
 def diagrams_summary(results: Results, configuration: Configuration) -> DiagramsSummary | None:
     """All diagrams of a run; None where no matcher has `FEWEST` frames of each part."""
-    options = {**DIAGRAM_OPTIONS, **configuration.options}
-    scans, variants = scans_of(options), variants_of(options)
+    settings = DiagramSettings.of(configuration)
+    scans, variants = settings.scans, settings.variants()
     attacks: list[DiagramRow] = []
     benign: list[BenignRow] = []
     frames = {}
-    for matcher, depth in matchers_of(options).items():
+    for matcher, depth in settings.depths().items():
         clean = {scan: _table(results, matcher, clean_name(scan), 0) for scan in scans}
         fitted = {scan: _fitted(results, matcher, depth, scan) for scan in scans}
         known = {scan: found for scan, found in fitted.items() if found is not None}
@@ -296,7 +291,7 @@ def _states_table(results: Results, kind: str, states: States) -> EvidenceTable 
 
 def _points(results: Results, kind: str) -> float | None:
     """Mean number of bogus points; None: it is a light."""
-    counts = [row["value"] for row in results.measurements(setting=kind, name=POINTS)]
+    counts = [row.value for row in results.measurements(setting=kind, name=POINTS)]
     return float(np.mean(counts)) if counts else None
 
 

@@ -87,9 +87,9 @@ def evidence_table(
     found: dict[str, Floats] = {}
     for index, state in enumerate(states):
         for row in results.measurements(setting=f"{kind} {bits(state)}"):
-            values = found.setdefault(row["scenario"], np.full((len(states), len(names)), np.nan))
-            if row["name"] in column:  # Others are of earlier versions.
-                values[index, column[row["name"]]] = row["value"]
+            values = found.setdefault(row.scenario, np.full((len(states), len(names)), np.nan))
+            if row.name in column:  # Others are of earlier versions.
+                values[index, column[row.name]] = row.value
     whole = sorted(id for id, values in found.items() if np.isfinite(values).all())
     if not whole:
         raise ConfigurationError(

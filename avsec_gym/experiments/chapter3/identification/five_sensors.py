@@ -73,7 +73,7 @@ def five_summary(results: Results, configuration: Configuration) -> FiveSummary 
     """What is named of five sensors; None where either part has fewer than `FEWEST` frames."""
     clean = bits(state_vectors(len(FIVE))[0])
     counts = {
-        part: len({row["scenario"] for row in results.measurements(setting=f"{part} {clean}")})
+        part: len({row.scenario for row in results.measurements(setting=f"{part} {clean}")})
         for part in (FITTED, JUDGED)
     }
     if min(counts.values()) < FEWEST:

@@ -127,7 +127,7 @@ def validation_summary(
         DataError: The recordings are not where they were.
     """
     counts = [
-        len({row["scenario"] for row in results.measurements(setting=f"{part} 0000")})
+        len({row.scenario for row in results.measurements(setting=f"{part} 0000")})
         for part in (FITTED, JUDGED)
     ]
     if min(counts) < FEWEST:

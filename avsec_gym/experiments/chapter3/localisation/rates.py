@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -107,9 +108,9 @@ def localisation_summary(
     """Means over the frames of each attack; None without any."""
     rows = []
     for attack in (*attacks_of(SYSTEM.reference), CAR):
-        found: dict[str, dict[str, float | None]] = {}
+        found: dict[str, dict[str, float]] = {}
         for row in results.measurements(setting=attack):
-            found.setdefault(row["name"], {})[row["scenario"]] = row["value"]
+            found.setdefault(row.name, {})[row.scenario] = row.value
         if found:
             rows.append(_row(attack, found))
     options = {**LOCALISATION_OPTIONS, **configuration.options}
@@ -118,15 +119,15 @@ def localisation_summary(
     return LocalisationSummary(**detectors, attacks=rows) if rows else None
 
 
-def _row(attack: str, found: Mapping[str, Mapping[str, float | None]]) -> LocatedAttack:
+def _row(attack: str, found: Mapping[str, Mapping[str, float]]) -> LocatedAttack:
     """The row of one attack.
 
     Args:
         attack: The attack's name.
-        found: Values by name and frame.
+        found: Values by name and frame; NaN where there is none.
     """
     known = {
-        name: {id: value for id, value in values.items() if value is not None}
+        name: {id: value for id, value in values.items() if not math.isnan(value)}
         for name, values in found.items()
     }
     iou = known["iou"]

@@ -91,6 +91,6 @@ def believed_summary(results: Results, configuration: Configuration) -> Believed
 
 
 def _taken(results: Results, kind: str, name: str, score: float) -> dict[str, bool]:
-    """By frame; None is stored where there is no box."""
+    """By frame; no score, NaN, is stored where there is no box."""
     rows = results.measurements(setting=believed_setting(kind), name=name)
-    return {row["scenario"]: row["value"] is not None and row["value"] >= score for row in rows}
+    return {row.scenario: row.value >= score for row in rows}

@@ -42,7 +42,7 @@ def mismatch_counts(
     """
     views: dict[str, dict[str, float]] = {}
     for view in results.measurements(setting=view_setting(part)):
-        views.setdefault(view["scenario"], {})[view["name"]] = view["value"]
+        views.setdefault(view.scenario, {})[view.name] = view.value
     frames, pairs = sorted(views), SYSTEM.pairs()
     counts = np.full((len(frames), len(pairs), len(IOUS), 2, 2), np.nan)
     attacked = (False,) if part == FITTED else (False, True)

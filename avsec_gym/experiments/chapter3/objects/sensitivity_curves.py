@@ -172,14 +172,14 @@ def _area(results: Results, setting: str, size: float) -> CoveredArea:
     if not size:
         return CoveredArea(0.0, 0.0)
     rows = results.measurements(name=COVERED, setting=setting, strength=size)
-    return CoveredArea(disc_share(size), float(np.mean([row["value"] for row in rows])))
+    return CoveredArea(disc_share(size), float(np.mean([row.value for row in rows])))
 
 
 def _shares(results: Results, setting: str, size: float) -> tuple[Floats, list[str]]:
     """All `MEASURES` of each frame, shape (N, 4), and its drive."""
     rows = [results.measurements(name=name, setting=setting, strength=size) for name in MEASURES]
-    values = np.array([[row["value"] for row in column] for column in rows], float)
-    drives = [drive_of(row["scenario"]) for row in rows[0]]
+    values = np.array([[row.value for row in column] for column in rows], float)
+    drives = [drive_of(row.scenario) for row in rows[0]]
     return values.T.reshape(-1, len(MEASURES)), drives
 
 

@@ -22,6 +22,7 @@ from avsec_gym.validation.connected.rays.sequential import (
     SequentialTest,
     bound_on_false_alarms,
     fit_limit,
+    share_of_alarms,
 )
 from avsec_gym.validation.connected.validator import Method
 
@@ -118,8 +119,7 @@ def drive_windows(run: Results, part: Part, state: State) -> DriveWindows:
     """
     found: dict[str, dict[str, float]] = {}
     for row in run.measurements(setting=drive_setting(part, state)):
-        value = np.nan if row["value"] is None else row["value"]
-        found.setdefault(row["scenario"], {})[row["name"]] = value
+        found.setdefault(row.scenario, {})[row.name] = row.value
     scores: dict[Method, list[Floats]] = {method: [] for method in DRIVE_METHODS}
     drives, decidable = [], []
     for drive, values in sorted(found.items()):
@@ -167,19 +167,16 @@ def _row(
     attacked: DriveWindows,
     by_highest: Share,
 ) -> WindowRates:
-    alarms, detected = (
-        np.array([test.alarm(scores) is not None for scores in each.scores[method]], bool)
-        for each in (clean, attacked)
-    )
-    some = np.flatnonzero(attacked.decidable)
+    scores, drives = attacked.scores[method], attacked.drives
+    some = np.flatnonzero(attacked.decidable).tolist()
     return WindowRates(
         method,
         rate,
         test.limit,
-        share_of(alarms, clean.drives),
+        share_of_alarms(test, clean.scores[method], clean.drives),
         bound_on_false_alarms(test, clean.scores[method], clean.drives),
-        share_of(detected, attacked.drives),
-        share_of(detected[some], [attacked.drives[window] for window in some.tolist()]),
+        share_of_alarms(test, scores, drives),
+        share_of_alarms(test, [scores[i] for i in some], [drives[i] for i in some]),
         by_highest,
     )
 

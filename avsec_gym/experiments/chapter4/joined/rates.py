@@ -120,5 +120,5 @@ def _frames(results: Results, case: str) -> dict[str, dict[str, float]]:
     """The measurements of a case by place."""
     found: dict[str, dict[str, float]] = {}
     for row in results.measurements(setting=case):
-        found.setdefault(row["scenario"], {})[row["name"]] = row["value"]
+        found.setdefault(row.scenario, {})[row.name] = row.value
     return found

@@ -1,8 +1,7 @@
-"""Rates, margins and calibration of rays, fitted on instants that are never judged."""
+"""Rates and calibration of rays, fitted on instants that are never judged."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,6 @@ from avsec_gym.argument_checks import number
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
-from avsec_gym.validation.connected.rays.witness import WitnessMargins
 
 _LARGEST = 1e6
 _MOST = (2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 40.0)
@@ -79,30 +77,6 @@ def logistic_loss(testimonies: LabelledCounts, rates: RayRates) -> float:
     present = log_likelihood_ratio(testimonies.present, rates)
     absent = log_likelihood_ratio(testimonies.absent, rates)
     return float(np.logaddexp(0, present).mean() + np.logaddexp(0, -absent).mean()) / 2
-
-
-def fit_margins(
-    candidates: Iterable[WitnessMargins],
-    testimonies_of: Callable[[WitnessMargins], LabelledCounts],
-    least: int = 5,
-) -> tuple[WitnessMargins, RayRates]:
-    """The margins, with their rates, with the least logistic loss.
-
-    A testimony that decides nothing counts as ignorance (a loss of ln 2), so that margins which
-    leave everything open do not win.
-
-    Args:
-        candidates: The margins that are tried.
-        testimonies_of: The testimonies on the same claims with given margins.
-        least: Number of telling rays below which a testimony decides nothing.
-    """
-
-    def fitted(margins: WitnessMargins) -> tuple[float, WitnessMargins, RayRates]:
-        testimonies = testimonies_of(margins)
-        rates = fit_rates(testimonies, least)
-        return logistic_loss(testimonies, rates), margins, rates
-
-    return min((fitted(each) for each in candidates), key=lambda each: each[0])[1:]
 
 
 @dataclass(frozen=True)

@@ -74,25 +74,16 @@ class SequentialTest:
         return int(over[0]) if len(over) else None
 
 
-def successive_windows(scores: Sequence[float] | Floats, frames: int) -> list[Floats]:
-    """The windows of so many successive frames that do not overlap; a rest is left out."""
-    whole = np.asarray(scores, np.float64)
-    return [whole[i : i + frames] for i in range(0, len(whole) - frames + 1, frames)]
-
-
-def count_false_alarms(
-    test: SequentialTest, attack_free: Sequence[Floats], drives: Sequence[str] | None = None
-) -> Share:
-    """How many attack-free windows alarm.
+def share_of_alarms(test: SequentialTest, scores: Sequence[Floats], drives: Sequence[str]) -> Share:
+    """How many windows alarm.
 
     Args:
         test: The test.
-        attack_free: Scores of each frame of windows without an attack.
+        scores: Scores of each frame of the windows.
         drives: The drive of each window: windows of one drive are no independent cases, since
-            errors of poses last for seconds.  None: each is of a drive of its own.
+            errors of poses last for seconds.
     """
-    alarms = [test.alarm(scores) is not None for scores in attack_free]
-    return share_of(alarms, list(map(str, range(len(alarms)))) if drives is None else drives)
+    return share_of([test.alarm(window) is not None for window in scores], drives)
 
 
 def bound_on_false_alarms(

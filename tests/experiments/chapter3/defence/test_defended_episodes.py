@@ -26,7 +26,7 @@ from avsec_gym.experiments.json_rows import as_json, row_json
 from avsec_gym.kitti.raw import KittiRaw
 from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
 from avsec_gym.metrics.safety import SafetyRecord
-from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration, Measurement
 from avsec_gym.sensor_system import KITTI_SYSTEM
 
 NAN = float("nan")
@@ -169,18 +169,18 @@ class Stored:
     def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
         return {}
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+    def measurements(self, **where: Any) -> list[Measurement]:
         rows = [
-            {"setting": attack, "scenario": id, "name": "alarm", "value": value}
+            Measurement(attack, id, "alarm", value)
             for attack, values in self.alarms.items()
             for id, value in zip(self.frames, values, strict=True)
         ]
         rows += [
-            {"setting": attack, "scenario": id, "name": f"named {sensor}", "value": 1.0}
+            Measurement(attack, id, f"named {sensor}", 1.0)
             for attack, there in self.named.items()
             for id, sensor in there.items()
         ]
-        return [row for row in rows if where.get("name", row["name"]) == row["name"]]
+        return [row for row in rows if where.get("name", row.name) == row.name]
 
 
 def counts(row: object, *names: str) -> list[tuple[int, int]]:

@@ -29,11 +29,7 @@ from avsec_gym.experiments.chapter3.diagrams.object_cells import (
     seen_setting,
 )
 from avsec_gym.experiments.chapter3.diagrams.scan_rings import kept_rings, on_rings, rings_of
-from avsec_gym.experiments.chapter3.diagrams.settings import (
-    DIAGRAM_OPTIONS,
-    matchers_of,
-    variants_of,
-)
+from avsec_gym.experiments.chapter3.diagrams.settings import DiagramSettings
 from avsec_gym.experiments.chapter3.diagrams.variant import CAMERA, Variant
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import bits, measured
 from avsec_gym.experiments.chapter3.objects.believed_points import ATTACKED, CLEAN, score_name
@@ -93,7 +89,7 @@ def test_a_judged_frame_has_the_evidence_of_every_attack(
     clean = shares(result, judged_kind(matcher, clean_name(0)), None)
     error, triple = measured("error", (0, 2, 3)), measured("brightness", (0, 2, 3))
     assert clean[error] < 0.1
-    for variant in variants_of({**DIAGRAM_OPTIONS, **small.options}):
+    for variant in DiagramSettings.of(small).variants():
         position = 0 if variant.sensor == LIDAR else camera
         found = shares(result, judged_kind(matcher, variant.name), position)
         assert set(found) == set(clean), variant
@@ -208,7 +204,7 @@ def test_detectors_see_every_attack(small: Configuration, monkeypatch: pytest.Mo
         for strength, light in lights.items()
     }
     assert counts == {5.0: 0, 255.0: 1}
-    variants = variants_of({**DIAGRAM_OPTIONS, **small.options})
+    variants = DiagramSettings.of(small).variants()
     lit, spoofed = (sum(variant.sensor == what for variant in variants) for what in (CAMERA, LIDAR))
     # Truth; two clean images; of two scans by two detectors, and of each bogus object by the
     # first, what both cameras see; and an image for each light.
@@ -268,7 +264,7 @@ def test_what_cannot_be_is_refused_before_the_first_frame(
 
 
 def test_the_published_network_takes_the_weights_that_are_given() -> None:
-    asked = {**DIAGRAM_OPTIONS, "matchers": "psmnet_published", "psmnet_published": "w.safetensors"}
-    [found] = matchers_of(asked).values()
+    asked = {"matchers": "psmnet_published", "psmnet_published": "w.safetensors"}
+    [found] = DiagramSettings.of(Configuration(options=asked)).depths().values()
     expected = {"name": "psmnet", "configuration": "full", "weights": "w.safetensors"}
     assert found == PairDepth(expected)

@@ -28,7 +28,7 @@ from avsec_gym.experiments.chapter3.diagrams.object_cells import (
     seen_setting,
     views_setting,
 )
-from avsec_gym.experiments.chapter3.diagrams.settings import DIAGRAM_OPTIONS, variants_of
+from avsec_gym.experiments.chapter3.diagrams.settings import DIAGRAM_OPTIONS, DiagramSettings
 from avsec_gym.experiments.chapter3.diagrams.summary import (
     FEWEST,
     RULES,
@@ -107,7 +107,7 @@ def car(column: float) -> Boxes3D:
 
 
 def known_frame(configuration: Configuration) -> Any:
-    options = {**DIAGRAM_OPTIONS, **configuration.options}
+    settings = DiagramSettings.of(configuration)
 
     def work(part: str, number: int) -> CellResult:
         id, every = f"drive_{number:03d}/0", state_vectors(len(SYSTEM))
@@ -128,7 +128,7 @@ def known_frame(configuration: Configuration) -> Any:
             return CellResult(measurements=rows, detections=found)
         rows += rows_of(judged_kind("sgbm", clean_name(0)), id, every[0], seed)
         position = camera_of(number)
-        for place, variant in enumerate(variants_of(options)):
+        for place, variant in enumerate(settings.variants()):
             kind, own = judged_kind("sgbm", variant.name), [*seed, 100 + place]
             is_bogus = variant.sensor == LIDAR
             state = only(0 if is_bogus else position)[0]
@@ -192,7 +192,7 @@ def summary(run: RunFolder, monkeypatch: pytest.MonkeyPatch) -> DiagramsSummary:
 
 def test_what_is_seen_is_detected_and_named_and_nothing_else(summary: DiagramsSummary) -> None:
     assert summary.frames == {"sgbm": FRAMES}
-    variants = variants_of({**DIAGRAM_OPTIONS, **SMALL})
+    variants = DiagramSettings.of(Configuration(options=SMALL)).variants()
     assert [row.variant for row in summary.attacks] == variants
     for row in summary.attacks:
         for shares in (row.detected, row.named):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -42,12 +41,12 @@ class Kept:
     """What cells came to, as a run keeps it."""
 
     def __init__(self, *cells: CellResult) -> None:
-        self._rows: dict[str, list[dict[str, Any]]] = {}
+        self._rows: dict[str, list[Measurement]] = {}
         for cell in cells:
             for row in cell.measurements:
-                self._rows.setdefault(row.setting, []).append(vars(row))
+                self._rows.setdefault(row.setting, []).append(row)
 
-    def measurements(self, setting: str) -> list[dict[str, Any]]:
+    def measurements(self, setting: str) -> list[Measurement]:
         return self._rows.get(setting, [])
 
 

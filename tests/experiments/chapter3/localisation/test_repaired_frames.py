@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
 from avsec_gym.rig import camera_rig
-from avsec_gym.runs.experiment import CellResult, Configuration
+from avsec_gym.runs.experiment import CellResult, Configuration, Measurement
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 
@@ -277,19 +277,19 @@ def test_from_drives_to_the_page(drives: Path, tmp_path: Path) -> None:
 class Rows:
     """Results of one attack, by frame."""
 
-    def __init__(self, values: dict[str, dict[str, float | None]]) -> None:
+    def __init__(self, values: dict[str, dict[str, float]]) -> None:
         self._values = values
 
-    def measurements(self, setting: str) -> list[dict[str, Any]]:
+    def measurements(self, setting: str) -> list[Measurement]:
         return [
-            {"name": name, "scenario": id, "value": value}
+            Measurement(setting, id, name, value)
             for name, found in self._values.items()
             for id, value in found.items()
             if setting == FACULA
         ]
 
 
-def summed_up(**values: dict[str, float | None]) -> LocatedAttack:
+def summed_up(**values: dict[str, float]) -> LocatedAttack:
     told = localisation_summary(Rows(values), Configuration())  # type: ignore[arg-type]
     assert told is not None
     (row,) = told.attacks
@@ -297,10 +297,10 @@ def summed_up(**values: dict[str, float | None]) -> LocatedAttack:
 
 
 def test_attacks_are_summed_up() -> None:
-    iou = {"a/0": 0.5, "a/1": 0.9, "b/0": 0.1, "b/1": None}
+    iou = {"a/0": 0.5, "a/1": 0.9, "b/0": 0.1, "b/1": math.nan}
     row = summed_up(
         iou=iou,
-        recall=dict.fromkeys(iou),
+        recall=dict.fromkeys(iou, math.nan),
         objects={"a/0": 3.0, "a/1": 2.0},
         found_after={"a/0": 2.0, "a/1": 2.0},
     )
@@ -317,5 +317,5 @@ def test_attacks_are_summed_up() -> None:
 
 def test_frames_of_one_drive_say_nothing_of_others() -> None:
     assert summed_up(iou={"a/0": 0.5, "a/1": 0.9}).interval is None
-    nothing = summed_up(iou={"a/0": None})
+    nothing = summed_up(iou={"a/0": math.nan})
     assert (nothing.iou, nothing.interval, nothing.median) == (None, None, None)

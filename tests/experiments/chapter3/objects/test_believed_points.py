@@ -36,7 +36,7 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.rig import camera_rig
 from avsec_gym.runs.catalogue import experiment
-from avsec_gym.runs.experiment import CellResult, Configuration
+from avsec_gym.runs.experiment import CellResult, Configuration, Measurement
 from avsec_gym.validation.recordings import RecordedFrame
 
 RIG = camera_rig(
@@ -119,9 +119,13 @@ class Kept:
         rows = (row for cell in self._cells for row in cell.detections)
         return {row.scenario: row.boxes for row in rows if row.setting == setting}
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
-        rows = (vars(row) for cell in self._cells for row in cell.measurements)
-        return [row for row in rows if where.items() <= row.items()]
+    def measurements(self, **where: Any) -> list[Measurement]:
+        rows = (row for cell in self._cells for row in cell.measurements)
+        return [
+            row
+            for row in rows
+            if all(getattr(row, column) == value for column, value in where.items())
+        ]
 
 
 def test_cars_are_believed_and_planes_are_not(
@@ -147,9 +151,9 @@ def test_cars_are_believed_and_planes_are_not(
     # What is not believed was seen.
     for plane in PLANES:
         scores = kept.measurements(setting=f"believed {plane}", name="believer attacked")
-        assert {row["value"] for row in scores} == {0.2}
+        assert {row.value for row in scores} == {0.2}
     before = kept.measurements(setting="believed plane", name="believer clean")
-    assert np.isnan([row["value"] for row in before]).all()
+    assert np.isnan([row.value for row in before]).all()
 
 
 def test_a_pasted_car_is_where_its_box_is() -> None:

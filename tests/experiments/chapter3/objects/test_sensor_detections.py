@@ -46,7 +46,7 @@ from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.runs.catalogue import experiment
-from avsec_gym.runs.experiment import CellResult, Configuration
+from avsec_gym.runs.experiment import CellResult, Configuration, Measurement
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
 
@@ -160,9 +160,13 @@ class Kept:
         rows = (row for cell in self._cells for row in cell.detections)
         return {row.scenario: row.boxes for row in rows if row.setting == setting}
 
-    def measurements(self, **where: Any) -> list[dict[str, Any]]:
-        rows = (vars(row) for cell in self._cells for row in cell.measurements)
-        return [row for row in rows if where.items() <= row.items()]
+    def measurements(self, **where: Any) -> list[Measurement]:
+        rows = (row for cell in self._cells for row in cell.measurements)
+        return [
+            row
+            for row in rows
+            if all(getattr(row, column) == value for column, value in where.items())
+        ]
 
 
 def test_baseline_and_impact_share_their_cells(configuration: Configuration) -> None:

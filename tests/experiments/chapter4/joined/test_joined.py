@@ -23,8 +23,8 @@ class _Run:
     def __init__(self, rows: list[Measurement]) -> None:
         self._rows = rows
 
-    def measurements(self, *, setting: str) -> list[dict[str, Any]]:
-        return [vars(row) for row in self._rows if row.setting == setting]
+    def measurements(self, *, setting: str) -> list[Measurement]:
+        return [row for row in self._rows if row.setting == setting]
 
 
 def _frame(case: str, place: str, status: SensorStatus) -> list[Measurement]:

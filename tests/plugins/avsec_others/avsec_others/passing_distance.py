@@ -38,7 +38,7 @@ def episodes(configuration: Configuration) -> Callable[[str, float], CellResult]
 def findings(run: RunFolder, request: ReportRequest) -> Findings:
     """The section of the report, and the figures behind it."""
     rows = run.measurements(name="passes", value=1.0)
-    nearest = {row["setting"]: row["strength"] for row in reversed(rows)}
+    nearest = {row.setting: row.strength for row in reversed(rows)}
     if not nearest:
         return Findings()
     sentences = [f"{who} passes a car {near:g} m ahead." for who, near in nearest.items()]

@@ -8,10 +8,8 @@ from avsec_gym.validation.connected.rays.fitting import (
     LabelledCounts,
     ScoreProbability,
     fit_calibration,
-    fit_margins,
     fit_rates,
 )
-from avsec_gym.validation.connected.rays.witness import WitnessMargins
 
 
 def _drawn(present: list[float], absent: list[float], seed: int = 0) -> LabelledCounts:
@@ -35,17 +33,6 @@ def test_independent_rays_count_in_full_and_rays_that_err_together_do_not() -> N
     )
     assert fit_rates(drawn).most == 40.0
     assert fit_rates(together).most == 2.0
-
-
-def test_margins_that_separate_win() -> None:
-    sharp, blunt = WitnessMargins(beyond=0.4), WitnessMargins(beyond=0.6)
-    counts = {
-        0.4: _drawn([0.9, 0.1, 0.0], [0.1, 0.9, 0.0]),
-        0.6: _drawn([0.6, 0.4, 0], [0.4, 0.6, 0]),
-    }
-    margins, rates = fit_margins([blunt, sharp], lambda each: counts[each.beyond])
-    assert margins == sharp
-    assert rates.through_absent == pytest.approx(0.9, abs=0.03)
 
 
 def test_nothing_is_fitted_on_a_handful() -> None:

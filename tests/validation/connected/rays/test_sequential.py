@@ -4,17 +4,23 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.connected.rays.sequential import (
     SequentialTest as PageTest,
 )
 from avsec_gym.validation.connected.rays.sequential import (
     bound_on_false_alarms,
-    count_false_alarms,
     fit_limit,
     lasting_test,
-    successive_windows,
+    share_of_alarms,
 )
+
+
+def alarms_apart(test: PageTest, scores: list[Floats]) -> Share:
+    """Each window of a drive of its own."""
+    return share_of_alarms(test, scores, list(map(str, range(len(scores)))))
 
 
 def test_sums_by_hand() -> None:
@@ -32,36 +38,29 @@ def test_one_frame_alone_cannot_alarm_below_the_clip() -> None:
     assert PageTest(limit=5.0, clip=4.0).alarm([100.0]) is None
 
 
-def test_windows_do_not_overlap() -> None:
-    assert [each.tolist() for each in successive_windows(np.arange(7.0), 3)] == [
-        [0, 1, 2],
-        [3, 4, 5],
-    ]
-
-
 def test_the_limit_of_a_rate_lets_so_many_windows_alarm() -> None:
     rng = np.random.default_rng(0)
-    fitted_on = successive_windows(rng.normal(-0.5, 1.0, 40_000), 10)
+    fitted_on = list(rng.normal(-0.5, 1.0, 40_000).reshape(-1, 10))
     page = fit_limit(fitted_on, rate=0.01)
-    assert count_false_alarms(page, fitted_on).count == 40
-    judged = count_false_alarms(page, successive_windows(rng.normal(-0.5, 1.0, 40_000), 10))
+    assert alarms_apart(page, fitted_on).count == 40
+    judged = alarms_apart(page, list(rng.normal(-0.5, 1.0, 40_000).reshape(-1, 10)))
     assert judged.rate == pytest.approx(0.01, abs=0.006)
     low, high = judged.interval
     assert low < judged.rate < high
     # An attack of one standard deviation in every frame is found in nearly every window.
-    attacked = successive_windows(rng.normal(1.0, 1.0, 10_000), 10)
-    assert count_false_alarms(page, attacked).count > 900
+    attacked = list(rng.normal(1.0, 1.0, 10_000).reshape(-1, 10))
+    assert alarms_apart(page, attacked).count > 900
 
 
 def test_no_window_alarms_at_the_rate_zero() -> None:
-    attack_free = successive_windows(np.random.default_rng(2).normal(0, 1, 500), 10)
-    assert count_false_alarms(fit_limit(attack_free, 0.0), attack_free).count == 0
+    attack_free = list(np.random.default_rng(2).normal(0, 1, 500).reshape(-1, 10))
+    assert alarms_apart(fit_limit(attack_free, 0.0), attack_free).count == 0
 
 
 def test_windows_of_one_drive_count_less() -> None:
     quiet, loud = [np.full(10, -1.0)] * 10, [np.full(10, 5.0)] * 10
-    of_two_drives = count_false_alarms(PageTest(), [*quiet, *loud], ["a"] * 10 + ["b"] * 10)
-    apart = count_false_alarms(PageTest(), [*quiet, *loud])
+    of_two_drives = share_of_alarms(PageTest(), [*quiet, *loud], ["a"] * 10 + ["b"] * 10)
+    apart = share_of_alarms(PageTest(), [*quiet, *loud], list(map(str, range(20))))
     assert of_two_drives.rate == apart.rate == 0.5
     assert of_two_drives.interval == pytest.approx(wilson_interval(1, 2))
     assert apart.interval == pytest.approx(wilson_interval(10, 20))
@@ -94,7 +93,7 @@ def test_from_single_frames_no_more_windows_alarm_than_was_asked(alike: float) -
     for frame in range(1, 10):
         fresh = rng.normal(0.0, 2.0 * np.sqrt(1 - alike**2), 4_000)
         scores[:, frame] = alike * scores[:, frame - 1] + fresh
-    alarms = count_false_alarms(page, list(scores))
+    alarms = alarms_apart(page, list(scores))
     assert alarms.rate <= 0.1 + 0.012
     if alike == 1.0:
         assert alarms.rate == pytest.approx(0.1, abs=0.012)

@@ -6,10 +6,11 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.evaluation.contested import is_contested
-from avsec_gym.evaluation.contested_objects import contested_objects
-from avsec_gym.geometry import ego_to_camera
+from avsec_gym.geometry import Floats, ego_to_camera
+from avsec_gym.metrics.safety_weighted_recall import safety_weighted_recall
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
+from studies.chapter5.measures.contested_objects import contested_objects
 
 
 def scene(*poses: list[float], category: str = "Car") -> Scene:
@@ -53,3 +54,17 @@ def test_where_all_that_is_seen_leaves_no_safe_way_nothing_is_contested() -> Non
 def test_what_is_no_obstacle_is_never_contested() -> None:
     assert not contested_objects(scene(BESIDE, category="Pedestrian"), Intention.LEFT).any()
     assert contested_objects(scene(), Intention.LEFT).shape == (0,)
+
+
+def test_they_are_weights_of_a_recall() -> None:
+    """The share of those found that must not be missed."""
+
+    def must_not_be_missed(real: Boxes3D, intention: Intention) -> Floats:
+        return contested_objects(Scene("", real), intention).astype(float)
+
+    beside, far = scene(BESIDE).boxes, scene(FAR).boxes
+    truth = [scene(BESIDE, FAR).boxes] * 2
+    found = safety_weighted_recall(truth, [beside, far], weigh=must_not_be_missed)
+    assert found.recall.value == 0.5
+    assert found.by_intention == {"left": 0.5, "straight": None, "right": None}
+    assert found.weighed == 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.metrics.support_distance import (
+from studies.chapter5.measures.support_distance import (
     MISSED,
     support_distance_error,
     support_distances,

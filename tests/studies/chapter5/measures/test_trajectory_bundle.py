@@ -7,34 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.collision_check import first_contact
-from avsec_gym.metrics.trajectory_bundle import trajectory_bundle
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.primitives import suitable_primitives
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.obstacles import Obstacles
-from avsec_gym.scenario.planning_scenario import PlanningScenario
+from studies.chapter5.measures.trajectory_bundle import trajectory_bundle
+from tests.metrics.test_contact_recall import scenario
 
 CAR = ([14.0, 0.5, 0.3], 4.0, 1.8, 0.0)
 AHEAD = ([16.0, 3.0, 0.0], 4.2, 1.7, 7.0)
 BEHIND = ([-9.0, 0.0, 0.0], 4.2, 1.7, 0.0)
-
-
-def scenario(
-    *cars: tuple[list[float], float, float, float],
-    road_type: RoadType = RoadType.STREET,
-    intention: Intention = Intention.STRAIGHT,
-) -> PlanningScenario:
-    empty = build_planning_scenario(Boxes3D.empty(), road_type=road_type, intention=intention)
-    poses, lengths, widths, speeds = zip(*cars, strict=True) if cars else ([], [], [], [])
-    sizes = (np.array(lengths), np.array(widths))
-    speed = np.array(speeds) if any(speeds) else None
-    there = np.array(poses).reshape(-1, 3)
-    return empty.with_obstacles(Obstacles.rectangles(there, *sizes, speed, last_step=30))
 
 
 @pytest.mark.parametrize("road_type", RoadType)

@@ -8,19 +8,20 @@ import numpy as np
 import pytest
 
 from avsec_gym.metrics.collision_check import first_contact
-from avsec_gym.metrics.planning_kl import (
+from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import PlanningScenario
+from studies.chapter5.measures.planning_kl import (
     CELL,
     CONTACT,
     TEMPERATURE,
     planning_kl,
     summed_divergence,
 )
-from avsec_gym.metrics.trajectory_bundle import trajectory_bundle
-from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import PlanningScenario
-from tests.metrics.test_trajectory_bundle import BEHIND, CAR, scenario
+from studies.chapter5.measures.trajectory_bundle import trajectory_bundle
+from tests.metrics.test_contact_recall import scenario
+from tests.studies.chapter5.measures.test_trajectory_bundle import BEHIND, CAR
 
 WALL = ([15.0, 0.0, 0.0], 10.0, 20.0, 0.0)
 

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 from avsec_gym.scenario.planning_scenario import PlanningScenario
+from studies.chapter5.measures.trajectory_bundle import TrajectoryBundle, trajectory_bundle
 
 TEMPERATURE = 0.1
 """Seconds, a time step: by how much a chain is slower that is taken 1/e as often."""

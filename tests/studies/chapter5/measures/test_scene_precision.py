@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.metrics.scene_precision import scene_precision
+from studies.chapter5.measures.scene_precision import scene_precision
 
 
 def car(x: float = 0.0, z: float = 15.0, score: float = 1.0) -> Boxes3D:

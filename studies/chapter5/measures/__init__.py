@@ -1,0 +1,1 @@
+"""Measures of perception, each of a single scene, that the study of telling measures compares."""
