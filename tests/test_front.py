@@ -55,7 +55,7 @@ def test_the_tree_is_of_the_newest_release_or_on_its_way_to_the_next() -> None:
     unreleased = re.search(r"^## Unreleased\n+(?=### )", text, re.MULTILINE) is not None
     assert version.is_devrelease == unreleased
     assert version > Version(newest[1]) if unreleased else version == Version(newest[1])
-    assert str(version) == avsec_gym.__version__
+    assert str(version) == avsec_gym.__version__, "pip install -e . takes the new one over"
 
 
 def test_the_wheel_holds_the_package_alone() -> None:
