@@ -74,6 +74,12 @@ class SequentialTest:
         return int(over[0]) if len(over) else None
 
 
+def windows(scores: Sequence[float] | Floats, frames: int) -> list[Floats]:
+    """The windows of so many successive frames that do not overlap; a rest is left out."""
+    whole = np.asarray(scores, np.float64)
+    return [whole[i : i + frames] for i in range(0, len(whole) - frames + 1, frames)]
+
+
 def share_of_alarms(test: SequentialTest, scores: Sequence[Floats], drives: Sequence[str]) -> Share:
     """How many windows alarm.
 

@@ -15,6 +15,7 @@ from avsec_gym.validation.connected.rays.sequential import (
     fit_limit,
     lasting_test,
     share_of_alarms,
+    windows,
 )
 
 
@@ -38,22 +39,26 @@ def test_one_frame_alone_cannot_alarm_below_the_clip() -> None:
     assert PageTest(limit=5.0, clip=4.0).alarm([100.0]) is None
 
 
+def test_windows_do_not_overlap() -> None:
+    assert [each.tolist() for each in windows(np.arange(7.0), 3)] == [[0, 1, 2], [3, 4, 5]]
+
+
 def test_the_limit_of_a_rate_lets_so_many_windows_alarm() -> None:
     rng = np.random.default_rng(0)
-    fitted_on = list(rng.normal(-0.5, 1.0, 40_000).reshape(-1, 10))
+    fitted_on = windows(rng.normal(-0.5, 1.0, 40_000), 10)
     page = fit_limit(fitted_on, rate=0.01)
     assert alarms_apart(page, fitted_on).count == 40
-    judged = alarms_apart(page, list(rng.normal(-0.5, 1.0, 40_000).reshape(-1, 10)))
+    judged = alarms_apart(page, windows(rng.normal(-0.5, 1.0, 40_000), 10))
     assert judged.rate == pytest.approx(0.01, abs=0.006)
     low, high = judged.interval
     assert low < judged.rate < high
     # An attack of one standard deviation in every frame is found in nearly every window.
-    attacked = list(rng.normal(1.0, 1.0, 10_000).reshape(-1, 10))
+    attacked = windows(rng.normal(1.0, 1.0, 10_000), 10)
     assert alarms_apart(page, attacked).count > 900
 
 
 def test_no_window_alarms_at_the_rate_zero() -> None:
-    attack_free = list(np.random.default_rng(2).normal(0, 1, 500).reshape(-1, 10))
+    attack_free = windows(np.random.default_rng(2).normal(0, 1, 500), 10)
     assert alarms_apart(fit_limit(attack_free, 0.0), attack_free).count == 0
 
 
