@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.optimize import approx_fprime, minimize
 from scipy.stats import beta
 
 from avsec_gym.errors import ConfigurationError, DataError
@@ -21,6 +22,7 @@ from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
+from avsec_gym.validation.likelihood import likelihood_fit
 from avsec_gym.validation.likelihood.likelihood_fit import LikelihoodSamples, fit_likelihood
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import (
@@ -285,6 +287,25 @@ def test_the_offset_makes_the_true_states_of_other_frames_most_probable(
 
     least, fitted, most = (log_probability(model.offset + more) for more in (-1.0, 0.0, 1.0))
     assert fitted > max(least, most)
+
+
+def test_what_weights_are_chosen_by_has_the_slope_that_it_reports(
+    made_up: MadeUp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on, surprises = fitted_on(3), []
+
+    def kept(surprise: Any, begin: Floats, **how: Any) -> Any:
+        surprises.append((surprise, begin))
+        return minimize(surprise, begin, **how)
+
+    monkeypatch.setattr(likelihood_fit.optimize, "minimize", kept)
+    states = np.broadcast_to(state_vectors(4), (30, 16, 4))
+    fit = made_up(on.system, states, seed=1, damage=0.3)
+    fit_likelihood(on, LikelihoodSamples(fit.evidence, fit.states, fit.frames))
+    [(surprise, begin)] = surprises
+    for weights in (begin + 0.3, 0.5 * begin - 0.1):
+        slope = approx_fprime(weights, lambda each: surprise(each)[0], 1e-6)
+        np.testing.assert_allclose(surprise(weights)[1], slope, rtol=1e-3, atol=1e-5)
 
 
 def test_a_density_leaves_little_to_what_no_sample_shows(
