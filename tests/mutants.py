@@ -12,7 +12,8 @@ the change) are run, those of the module's name first, then the nearest of other
 the two the first ones, as many as end in 90 s.  A mutant that all of them pass survives.  What
 changes no result is left alone: what an error says, ``strict=``, ``nogil=``, ``frozen=``,
 decorators of kernels and of what is kept, ``is`` to ``==``.  Kernels run as plain Python
-(``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone.
+(``NUMBA_DISABLE_JIT=1``), and by the tests nearest to them alone; for what those let pass, tests
+that take too long without compilation are run with it.
 """
 
 from __future__ import annotations
@@ -58,6 +59,8 @@ KEPT: Path | None = None
 LONGEST = 90.0
 """Seconds after which the nearest file of tests is left out where kernels are Python; the second
 gets half of it, the third a third."""
+SLOW, COMPILED = 3, 600.0
+"""So many files of tests that were left out so are run with compilation; seconds for each."""
 ENOUGH = 90.0
 """Seconds of tests, usually, after which a mutant that passed them counts as survived."""
 _ONE_AT_A_TIME: dict[tuple[bool, tuple[str, ...]], Lock] = defaultdict(Lock)
@@ -188,7 +191,22 @@ def killed_by(copy: Path, kernels: bool, mutant: Mutant) -> str:
     """The test that fails; empty if the mutant survives."""
     groups = tests_of(mutant.module, kernels)
     found = (_killed_by(copy, kernels, mutant, group) for group in groups)
-    return next(filter(None, found), "")
+    by = next(filter(None, found), "")
+    return by or (_killed_compiled(copy, mutant) if kernels else "")
+
+
+def _killed_compiled(copy: Path, mutant: Mutant) -> str:
+    """The test that fails of those that take too long without compilation."""
+    [group] = tests_of(mutant.module, kernels=True)
+    timed = {_file(name) for name in unmutated(True, group).seconds}
+    for test in [test for test in group if test not in timed][:SLOW]:
+        try:
+            done = ran(pytest_of("-x", "-rfE", "--tb=no", test), copy, False, COMPILED)
+        except subprocess.TimeoutExpired:
+            return f"{test} (time)"
+        if done.returncode not in PASSED:
+            return next(iter(failures(done.stdout)), done.stdout[-200:])
+    return ""
 
 
 def _killed_by(copy: Path, kernels: bool, mutant: Mutant, group: tuple[str, ...]) -> str:
