@@ -59,6 +59,9 @@ KEPT: Path | None = None
 LONGEST = 90.0
 """Seconds after which the nearest file of tests is left out where kernels are Python; the second
 gets half of it, the third a third."""
+WHOLE_PACKAGE = ("tests/test_registered_defaults.py", "tests/test_compared_by_identity.py")
+"""Tests that look at all modules, and so execute no line of one: what all others let pass meets
+them."""
 SLOW, COMPILED = 3, 600.0
 """So many files of tests that were left out so are run with compilation; seconds for each."""
 ENOUGH = 90.0
@@ -191,7 +194,7 @@ def killed_by(copy: Path, kernels: bool, mutant: Mutant) -> str:
     """The test that fails; empty if the mutant survives."""
     groups = tests_of(mutant.module, kernels)
     found = (_killed_by(copy, kernels, mutant, group) for group in groups)
-    by = next(filter(None, found), "")
+    by = next(filter(None, found), "") or _killed_by_files(copy, WHOLE_PACKAGE)
     return by or (_killed_compiled(copy, mutant) if kernels else "")
 
 
@@ -199,7 +202,13 @@ def _killed_compiled(copy: Path, mutant: Mutant) -> str:
     """The test that fails of those that take too long without compilation."""
     [group] = tests_of(mutant.module, kernels=True)
     timed = {_file(name) for name in unmutated(True, group).seconds}
-    for test in [test for test in group if test not in timed][:SLOW]:
+    slow = [test for test in group if test not in timed]
+    return _killed_by_files(copy, slow[:SLOW])
+
+
+def _killed_by_files(copy: Path, files: Sequence[str]) -> str:
+    """The test that fails of whole files, with compilation."""
+    for test in files:
         try:
             done = ran(pytest_of("-x", "-rfE", "--tb=no", test), copy, False, COMPILED)
         except subprocess.TimeoutExpired:

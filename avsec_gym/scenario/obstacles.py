@@ -24,7 +24,7 @@ from avsec_gym.scenario.shapes import Rectangle, Shape, placed
 _KINDS = {"iu": "whole numbers", "UO": "names", "fiu": "numbers", "b": "True and False"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Obstacles:
     """N obstacles as arrays, copied and read-only; a static one has one pose.
 

@@ -198,7 +198,7 @@ def placed(shape: Shape, pose: Floats) -> shapely.Geometry:
     return areas[0] if len(areas) == 1 else shapely.union_all(areas)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Piece:
     """A convex polygon, counter-clockwise (K, 2), or one point with a radius."""
 
