@@ -218,11 +218,20 @@ def _killed_by_files(copy: Path, files: Sequence[str]) -> str:
     return ""
 
 
+def _of_its_name(module: str, group: Sequence[str]) -> list[str]:
+    """The files of tests below those of a group that have a module's name."""
+    name = f"test_{Path(module).name}"
+    places = [ROOT / test for test in group]
+    files = {file for place in places for file in ([place], place.rglob(name))[place.is_dir()]}
+    return sorted(str(file.relative_to(ROOT)) for file in files if file.name == name)
+
+
 def _killed_by(copy: Path, kernels: bool, mutant: Mutant, group: tuple[str, ...]) -> str:
     usual = unmutated(kernels, group)
     tests = usual.first_of(usual.that_execute(mutant), ENOUGH)
     if not tests:
-        return ""
+        # A module of numbers alone is executed when it is imported, by no test.
+        return _killed_by_files(copy, _of_its_name(mutant.module, group))
     left_out = [word for name in usual.failed for word in ("--deselect", name)]
     command = pytest_of("-x", "-rfE", "--tb=no", *left_out, *tests)
     try:

@@ -213,3 +213,16 @@ def test_states_farther_apart_than_the_vehicle_drives(
     tree.write(path)
     with pytest.raises(DataError, match=r"some\.xml:.*trajectory 1 moves by .* at 6 m/s"):
         read_primitives(path)
+
+
+def test_the_step_that_leads_farthest_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "some.xml"
+    write_primitives(generate_primitives((6.0,), steering_angles=3), path)
+    tree = ElementTree.parse(path)
+    states = tree.findall("Trajectories/Trajectory[1]/Path/State/x")
+    for number, farther in ((1, 0.1), (2, 1.5), (3, 1.4)):
+        states[number].text = str(float(states[number].text or 0) + farther)
+    tree.write(path)
+    # State 0 is the initial one: the third of the path is state 3, and 1.4 m farther come before.
+    with pytest.raises(DataError, match="from state 2 to the next one, at 6 m/s"):
+        read_primitives(path)
