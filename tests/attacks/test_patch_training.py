@@ -152,6 +152,16 @@ def test_both_detectors_shape_a_joint_patch_whatever_the_scales_of_their_losses(
         assert expected_loss(detector, patch, Scenes(8)) < 0.95 * control
 
 
+def test_a_detectors_gradients_are_measured_by_their_mean_size_so_far(tmp_path: Path) -> None:
+    """Mean sizes of 2, then of 2 and 4: the steps count alike."""
+    training = PatchTraining(radius=20.0, epochs=2, batch=1)
+    run = patch_training._Run({"a": StandIn()}, Scenes(2), training, tmp_path, False)  # type: ignore[arg-type, dict-item]
+    for step, (size, mean) in enumerate([(2.0, 2.0), (4.0, 3.0), (-9.0, 5.0)]):
+        run.state.step = step
+        run._descend({"a": torch.full_like(run.pixels, size)})
+        assert run.sizes["a"] == pytest.approx(mean)
+
+
 @pytest.mark.usefixtures("undrawn_curves")
 def test_a_stopped_training_goes_on_as_if_nothing_had_happened(tmp_path: Path) -> None:
     whole = train_patch([StandIn()], Scenes(5), SETTINGS, tmp_path / "whole")

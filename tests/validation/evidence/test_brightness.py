@@ -13,6 +13,7 @@ from avsec_gym.validation.evidence.brightness import (
     FEWEST,
     Expected,
     brightness_inconsistency,
+    compared_images,
     differing_pixels,
     equally_exposed,
     without_colours,
@@ -132,6 +133,15 @@ def test_a_pixel_may_come_from_two_columns_and_one_row_beside() -> None:
         assert np.argwhere(brighter).tolist() == [[20 + row, 30 + column]] * differs
         assert not darker.any()
         assert judged.all()
+
+
+def test_the_other_images_first_column_is_known() -> None:
+    """A disparity as large as the column leads to column 0; a larger one out of the image."""
+    image = np.full((20, 30, 3), 90, np.uint8)
+    columns = np.broadcast_to(np.arange(30, dtype=np.float32), (20, 30))
+    for more, share in ((0.0, 1.0), (0.5, 0.0)):
+        _, _, known = compared_images(image, image, columns + np.float32(more))
+        assert known.mean() == share
 
 
 def test_nothing_to_go_by_leaves_the_exposure_as_it_is() -> None:

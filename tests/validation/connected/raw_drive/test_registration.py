@@ -50,3 +50,12 @@ def test_a_plain_and_another_place_are_refused(scans: dict[str, np.ndarray]) -> 
         register(scans["plain"], scans["plain"])
     with pytest.raises(DataError, match="0 points"):
         register(scans["first"], np.zeros((9, 4), np.float32))
+
+
+def test_lines_of_points_are_no_surfaces() -> None:
+    """Rings far apart on a plain ground: what lies along a line alone has no normal."""
+    along, across = np.meshgrid(np.arange(-40, 40, 0.5), [-30.0, 0.0, 30.0])
+    rough = np.random.default_rng(0).normal(0, 1e-3, along.size)
+    lines = np.c_[along.ravel(), across.ravel() + rough, np.full((along.size, 2), -1.7)]
+    with pytest.raises(DataError, match="without surfaces"):
+        register(lines.astype(np.float32), lines.astype(np.float32))
