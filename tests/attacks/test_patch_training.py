@@ -155,7 +155,7 @@ def test_both_detectors_shape_a_joint_patch_whatever_the_scales_of_their_losses(
 def test_a_detectors_gradients_are_measured_by_their_mean_size_so_far(tmp_path: Path) -> None:
     """Mean sizes of 2, then of 2 and 4: the steps count alike."""
     training = PatchTraining(radius=20.0, epochs=2, batch=1)
-    run = patch_training._Run({"a": StandIn()}, Scenes(2), training, tmp_path, False)  # type: ignore[arg-type, dict-item]
+    run = patch_training._Run({"a": StandIn()}, Scenes(2), training, tmp_path, False)
     for step, (size, mean) in enumerate([(2.0, 2.0), (4.0, 3.0), (-9.0, 5.0)]):
         run.state.step = step
         run._descend({"a": torch.full_like(run.pixels, size)})
