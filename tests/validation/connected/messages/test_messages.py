@@ -92,6 +92,15 @@ def test_a_changed_byte_is_refused_or_changes_numbers_only(
     assert np.isfinite(back.pose).all()
 
 
+@pytest.mark.parametrize("place", range(4))
+def test_each_byte_of_the_beginning_is_looked_at(place: int) -> None:
+    """Two of the format's name, its version, the kind: one wrong is enough."""
+    content = bytearray(_region_message(0, 3).to_bytes())
+    content[place] ^= 1
+    with pytest.raises(DataError, match="does not begin as one of regions"):
+        RegionMessage.from_bytes(bytes(content))
+
+
 @pytest.mark.parametrize("kind", list(HeaderKind))
 def test_a_thousand_million_of_anything_is_refused_by_its_header(kind: HeaderKind) -> None:
     message = {HeaderKind.REGIONS: RegionMessage, HeaderKind.CROPS: CropMessage}[kind]
