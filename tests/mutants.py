@@ -2,8 +2,8 @@
 
     python tests/mutants.py                        # 300 mutants, about two hours; prints JSON
     python tests/mutants.py --count 40 --seed 7 --only planners metrics
-    python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped; what was found of
-                                                   # modules that have changed since is tried again
+    python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped; what survived and
+                                                   # what has other code since are tried again
     python tests/mutants.py --jobs 2               # two at a time
 
 cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
@@ -324,8 +324,16 @@ def unmutated(kernels: bool, tests: tuple[str, ...]) -> Unmutated:
 
 def kept_unmutated(kernels: bool, tests: tuple[str, ...]) -> Path | None:
     """Where `--keep` keeps what these tests do without a mutant."""
-    asked = source_state(f"{kernels} {tests} {_rooms_state()}")
+    asked = source_state(f"{kernels} {tests} {_rooms_state()} {_tests_state(tests)}")
     return None if KEPT is None else KEPT / f"{asked}.pickle"
+
+
+@cache
+def _tests_state(tests: tuple[str, ...]) -> str:
+    """What tells files of tests, as they are, from others."""
+    places = [ROOT / test for test in tests]
+    files = {file for place in places for file in ([place], place.rglob("*.py"))[place.is_dir()]}
+    return source_state("".join(code_of(path.read_text()) for path in sorted(files)))
 
 
 @cache
@@ -502,7 +510,7 @@ def main() -> None:
     if options.keep:
         KEPT = options.keep.with_suffix(".unmutated")
     known = options.keep.read_text().splitlines() if options.keep and options.keep.exists() else []
-    rows = {json.dumps(_key(row)): row for row in map(json.loads, known) if is_current(row)}
+    rows = {json.dumps(_key(row)): row for row in map(json.loads, known) if holds(row)}
     sample = list(islice(all_mutants(options.only, options.seed), options.count))
     columns = ("{task.description}", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     left = [mutant for mutant in sample if json.dumps(_key(asdict(mutant))) not in rows]
@@ -528,10 +536,14 @@ def main() -> None:
     print(json.dumps(result, indent=1))
 
 
-def is_current(row: dict[str, Any]) -> bool:
-    """Whether the code of a row's module is still as it was when its mutant was tried."""
+def holds(row: dict[str, Any]) -> bool:
+    """Whether a mutant was killed, and the code of its module is still as it was then."""
     path = ROOT / row["module"]
-    return path.exists() and row.get("source") == source_state(code_of(path.read_text()))
+    return (
+        bool(row["killed_by"])
+        and path.exists()
+        and row.get("source") == source_state(code_of(path.read_text()))
+    )
 
 
 def _key(row: dict[str, Any]) -> list[Any]:
