@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +53,14 @@ def in_box(points: np.ndarray, pose: np.ndarray, bottom: float, grown: float = 0
     )
 
 
-def test_cut_out_is_what_the_box_holds() -> None:
-    frame = frame_of()
-    scan = cut_out(frame, CAR)
-    inside = in_box(transform_points(RIG.velodyne_pose, frame.points[:, :3]), CAR.poses[0], 0.05)
+@pytest.mark.parametrize("down", [0.6, 1.6, 2.0])
+def test_cut_out_is_what_the_box_holds(down: float) -> None:
+    """Also of a car that stands lower than we do, or higher by more than half of the camera's."""
+    frame = frame_of(9000)
+    car = replace(CAR, location=[[-3.0, down, 12.0]])
+    scan = cut_out(frame, car)
+    places = transform_points(RIG.velodyne_pose, frame.points[:, :3])
+    inside = in_box(places, car.poses[0], RIG.camera_height - down)
     assert len(scan.points) == inside.sum() > 10
     np.testing.assert_array_equal(scan.points[:, 3], frame.points[inside, 3])
     assert (np.abs(scan.points[:, :3]) <= [2.0, 0.85, 1.5]).all()

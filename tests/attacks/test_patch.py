@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 import torch
+from safetensors.torch import save_file
 
 from avsec_gym.attacks.attack import Attack, Victim
 from avsec_gym.attacks.patch import PatchAttack
@@ -137,6 +138,24 @@ def test_broken_files_name_themselves(tmp_path: Path) -> None:
         load_patch(path)
     card.unlink()
     assert load_patch(path).card is None
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"radius": torch.tensor(75.0)},
+        {"pixels": torch.zeros(3, 8, 8)},
+        {"pixels": torch.zeros(3, 8, 8, dtype=torch.uint8), "radius": torch.tensor(75.0)},
+        {"pixels": torch.zeros(3, 8, 8), "radius": torch.tensor([75.0])},
+    ],
+)
+def test_files_without_pixels_and_a_radius_are_no_patch(
+    parts: dict[str, torch.Tensor], tmp_path: Path
+) -> None:
+    path = tmp_path / "patch.safetensors"
+    save_file(parts, path)
+    with pytest.raises(DataError, match=r"patch\.safetensors: This is no patch: one has pixels"):
+        load_patch(path)
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,10 @@ def test_images_without_room_are_an_error() -> None:
         random_place(CALIBRATION, (375, 80), 0)
 
 
-@pytest.mark.parametrize("wrong", [{"disparity": 0.0}, {"radius": -1.0}, {"u": np.nan}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"disparity": 0.0}, {"disparity": -20.0}, {"radius": 0.0}, {"radius": -1.0}, {"u": np.nan}],
+)
 def test_impossible_places_are_errors(wrong: dict[str, float]) -> None:
     with pytest.raises(ConfigurationError):
         PatchPlace(**({"u": 100.0, "v": 100.0, "disparity": 20.0} | wrong))

@@ -104,6 +104,23 @@ def test_both_views_show_one_texture_at_the_true_disparity(scene):
     assert mismatch(-6) > 2 * mismatch(0)
 
 
+def test_cells_fade_into_each_other(scene):
+    """A road that is light and dark in long waves gives a roadside without seams."""
+    frame, roadside = scene
+    images = {}
+    for camera, view in ((2, roadside.left), (3, roadside.right)):
+        x, _, _ = plane(camera)
+        grey = np.where(view.road, 100 + 40 * np.sin(x / 2), frame.image(camera)[..., 0])
+        images[camera] = np.repeat(np.rint(grey)[..., None], 3, 2).astype(np.uint8)
+    result = replace_texture(replace(frame, images=images), roadside, 1).image(2)[..., 0]
+    # Away from the road's edge, and where a pixel is a small part of a wave.
+    within = roadside.left.side[250:, 1:] & roadside.left.side[250:, :-1]
+    within &= np.abs(plane(2)[0][250:, 1:]) > 5.5
+    steps = np.abs(np.diff(result[250:].astype(int)))[within]
+    assert within.sum() > 20_000
+    assert steps.max() <= 6
+
+
 def test_the_same_seed_gives_the_same_pixels_and_another_one_others(scene):
     frame, roadside = scene
     one, again, other = (replace_texture(frame, roadside, seed) for seed in ([3, 1], [3, 1], 4))

@@ -266,6 +266,13 @@ def test_orientation_is_unknown_where_a_detection_has_no_alpha() -> None:
         assert report["2d"]["ap11"] == [round(ONE_OF_ELEVEN, 4)] * 3
 
 
+def test_orientation_is_unknown_where_a_label_that_is_missed_has_no_alpha() -> None:
+    missed = {"place": 2, "alpha": -10.0}
+    result = average_precision([boxes({}, missed)], [boxes({})], resamples=5)
+    assert np.isnan(car(result, "aos")).all()
+    assert not np.isnan(car(result, "2d")).any()
+
+
 def test_what_cannot_be_scored_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="2D boxes"):
         average_precision([boxes({})], [replace(boxes({}), box2d=None)])

@@ -29,6 +29,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.steps, primitives.steps)
     assert again.name == "set"
     assert list(tmp_path.iterdir()) == [tmp_path / "set.xml"]
+    assert (tmp_path / "set.xml").read_text().startswith("<?xml version='1.0' encoding='utf-8'?>")
 
 
 def test_short_primitives_keep_their_length(tmp_path: Path) -> None:

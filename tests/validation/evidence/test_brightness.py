@@ -158,3 +158,15 @@ def test_of_exposures_that_agree_with_as_many_pixels_the_middle_is_taken() -> No
     found = equally_exposed(grey, np.full_like(grey, 120), known)
     np.testing.assert_allclose(found.least, 120, atol=1)
     np.testing.assert_allclose(equally_exposed(grey, grey, known).least, 100, atol=1)
+
+
+def test_what_overflows_has_no_say_in_the_exposure() -> None:
+    """A white sky of 255 is of any brightness; most of the image is one here."""
+    expected, known = np.full((120, 400, 3), 100, np.uint8), np.ones((120, 400), bool)
+    image = np.full_like(expected, 80)
+    expected[:80], image[:80] = 255, 128
+    np.testing.assert_allclose(equally_exposed(expected, image, known).least[80:], 80, atol=1)
+    brighter = np.full_like(expected, 100)
+    brighter[:80], expected[:80] = 255, 200
+    found = equally_exposed(expected, brighter, known)
+    np.testing.assert_allclose(found.least[80:], 100, atol=1)

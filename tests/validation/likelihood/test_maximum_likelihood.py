@@ -479,6 +479,37 @@ def test_no_number_of_a_file_can_be_anything(
         owner[key] = right
 
 
+@pytest.mark.parametrize(
+    ("name", "lowest", "highest"),
+    [
+        ("log_density", -500.0, 50.0),
+        ("correlation", -1.0, 1.0),
+        ("lowest", -100.0, None),
+        ("highest", None, 100.0),
+        ("weights", 0.0, 1e6),
+        ("offset", -1e6, 1e6),
+        ("clean_scores", -1e9, 1e9),
+        ("strangest", -1e9, 1e9),
+    ],
+)
+def test_parameters_go_up_to_their_bounds(
+    judged: tuple[LikelihoodModel, Any, Any],
+    name: str,
+    lowest: float | None,
+    highest: float | None,
+) -> None:
+    model = judged[0]
+    for bound, outwards in ((lowest, -1), (highest, 1)):
+        if bound is None:
+            continue
+        value = getattr(model, name)
+        filled = np.full_like(value, bound) if isinstance(value, np.ndarray) else bound
+        replace(model, **{name: filled})
+        beyond = bound + outwards * max(1e-6, 1e-9 * abs(bound))
+        with pytest.raises(ConfigurationError, match=name):
+            replace(model, **{name: filled + (beyond - bound)})
+
+
 @pytest.mark.parametrize("wrong", [[], [0.5], [0.5, 0.5]])
 def test_the_offset_of_a_file_is_one_number(
     judged: tuple[LikelihoodModel, Any, Any], wrong: object, tmp_path: Path

@@ -124,6 +124,16 @@ def test_the_lie_that_was_found_convicts_none_any_more(
     assert nearest_to_conviction(result, liar) == 1
 
 
+def test_naming_an_honest_vehicle_is_the_whole_of_a_conviction(street: Search) -> None:
+    result, liar = _lied(street, _roof(street), _aside())
+    for named in range(5):
+        accused = replace(result, named=np.full_like(result.named, named))
+        score = nearest_to_conviction(accused, liar)
+        assert (score == 1.0) == (named != liar.number), named
+    assert -1 < nearest_to_conviction(result, liar) < 0
+    assert nearest_to_conviction(replace(result, regions=Regions.empty()), liar) == -2
+
+
 def test_a_liar_sends_what_the_base_station_takes(street: Search) -> None:
     result, liar = _lied(street, _roof(street), _aside())
     assert not result.traffic.refused

@@ -174,6 +174,22 @@ def test_what_comes_too_early_is_kept_and_what_comes_late_is_not() -> None:
         port.close()
 
 
+def test_each_damaged_packet_is_counted_once() -> None:
+    with StationPort(1) as station:
+        joining = threading.Thread(target=station.join, args=(5.0,))
+        joining.start()
+        port = VehiclePort(station.number)
+        joining.join()
+        damaged = bytearray(Packet(PacketStep.PROPOSALS, 4, b"abc").to_bytes())
+        damaged[-1] ^= 1
+        for instant in (4, 5):
+            port.send_bytes(bytes(damaged) * 2)
+            port.send(Packet(PacketStep.PROPOSALS, instant, b"abc"))
+            assert station.gather(PacketStep.PROPOSALS, instant, len, 5.0) == {(0, 0): 3}
+        assert station.tally == {"malformed": 4}
+        port.close()
+
+
 def test_no_vehicles_end_in_no_regions() -> None:
     with StationPort(3) as station:
         assert station.join(0.05) == 0
