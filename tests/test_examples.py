@@ -40,7 +40,7 @@ def test_rules_that_attack_a_driving_car_are_chosen_and_judged() -> None:
     command = [sys.executable, str(script), "--episodes", "1", "--held-out", "2"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     held_out = json.loads(done.stdout)["held_out"]
-    assert list(held_out) == ["nothing", "random", "constant", "waits"]
+    assert list(held_out) == ["nothing", "random", "constant", "waits", "when it plans"]
     assert held_out["nothing"]["won"] == 0
 
 

@@ -23,7 +23,10 @@ ALGORITHMS = {
 }
 """Names of classes, the last two of sb3-contrib."""
 _CONTRIBUTED = ("TQC", "TRPO")
-_POLICIES = {"PlacePolicy": "avsec_gym.agents.place_policy:PlacePolicy"}
+_POLICIES = {
+    "AimingPolicy": "avsec_gym.agents.aiming_policy:AimingPolicy",
+    "PlacePolicy": "avsec_gym.agents.place_policy:PlacePolicy",
+}
 """Policies beside those of stable-baselines3."""
 _ACTIVATIONS = ("ReLU", "Tanh", "ELU", "LeakyReLU", "SiLU", "GELU")
 _GIVEN = ("self", "env", "policy", "seed", "device", "verbose", "tensorboard_log")

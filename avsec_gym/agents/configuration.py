@@ -51,7 +51,8 @@ class AgentConfiguration:
         env: The id of the environment, such as ``avsec/GhostObject-v1``.
         algorithm: One of `ALGORITHMS`.
         n_timesteps: Environment steps to train for.
-        policy: A name of stable-baselines3, such as ``MlpPolicy``, or ``PlacePolicy``.
+        policy: A name of stable-baselines3, such as ``MlpPolicy``, or of this package,
+            ``PlacePolicy`` or ``AimingPolicy``.
         n_envs: Environments side by side.
         env_kwargs: Arguments of the environment that is trained in.
         eval_env_kwargs: What differs in the environment that is judged in: held-out scenes.

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.agents.arena import Act, Arena, Baseline
+from avsec_gym.agents.hiding_rules import DISTANCES, Rule, waits, when_it_plans
+from avsec_gym.agents.search import SearchBudget
 
 _MOST_EPISODES = 1200
 """Training episodes that points are searched on, each of ten thousand: more would take hours."""
 
 
-NUMBER = {"avsec/GhostObject-v1": 6, "avsec/ClosedLoop-v0": 2}
+NUMBER = {"avsec/GhostObject-v1": 6, "avsec/ClosedLoop-v0": 2, "avsec/ClosedLoopAttack-v0": 2}
 """How many rules an environment has, where it has some."""
 
 
@@ -32,6 +34,8 @@ def rules_of(env: str, training: Arena, steps: int) -> Iterator[Baseline]:
     if env == "avsec/ClosedLoop-v0":
         yield Baseline("the planner", partial(_driven, name="planner"), 0)
         yield Baseline("highway-env's IDM", partial(_driven, name="idm"), 0)
+    if env == "avsec/ClosedLoopAttack-v0" and _is_default_attack(training):
+        yield from _hiding_rules(training, steps)
 
 
 def _place_rules(training: Arena, steps: int) -> Iterator[tuple[str, Act, int]]:
@@ -55,6 +59,31 @@ def _place_rules(training: Arena, steps: int) -> Iterator[tuple[str, Act, int]]:
     for name, scores in points(some):
         yield f"place nearest to a {name.replace('_', ' ')}", act_by(scores), some.won.size
     yield "a score for each spot, fitted", act_by(spot_table(known)), known.won.size
+
+
+def _hiding_rules(training: Arena, steps: int) -> Iterator[Baseline]:
+    """Those of `hiding_rules`, each with the distance that earns most in training episodes."""
+    for name, rule in (
+        ("hides what is near and in the way", waits),
+        ("hides it in the frames that the car plans from", when_it_plans),
+    ):
+        budget = SearchBudget(training, steps, seed=0)
+        earned: dict[float, float] = {}
+        for distance in DISTANCES:
+            if budget.leaves(1):
+                earned[distance] = budget.tried(_by_observations(rule(distance)))
+        best = max(earned, key=lambda distance: earned[distance], default=DISTANCES[0])
+        yield Baseline.everywhere(name, _by_observations(rule(best)), budget.spent)
+
+
+def _by_observations(rule: Rule) -> Act:
+    return lambda seen, ways: rule(seen)
+
+
+def _is_default_attack(arena: Arena) -> bool:
+    """Whether observations and actions are those that `hiding_rules` know."""
+    played = arena.environment
+    return (played.observation_space.shape, played.action_space.shape) == ((177,), (7,))
 
 
 def _driven(arena: Arena, name: str) -> Act:

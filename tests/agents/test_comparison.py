@@ -246,6 +246,20 @@ def test_the_drivers_that_are_rules_drive_many_as_they_drive_one() -> None:
             assert together.reward[seed] == pytest.approx(total, abs=1e-5)
 
 
+def test_what_hides_in_the_frames_that_count_wins_more_often() -> None:
+    id, drives = "avsec/ClosedLoopAttack-v0", {"source": "layouts", "seed": 0, "count": 40}
+    arena = Arena(id, {"scenarios": drives, "contested": True})
+    near, timed = rules_of(id, arena, 3000)
+    assert NUMBER[id] == 2
+    assert 0 < near.queries <= 3000
+    won = [rule.act_in(arena) for rule in (near, timed)]
+    near_won, timed_won = (arena.play(act, range(12)).success.sum() for act in won)
+    assert timed_won >= near_won
+    assert timed_won > 4
+    alone = Arena(id, {"kind": {"name": "ghost", "ghosts": 2}, "scenarios": drives})
+    assert not list(rules_of(id, alone, 3000)), "the rules know the default attack alone"
+
+
 @pytest.mark.parametrize("id", ["avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"])
 def test_what_a_batch_refuses_is_played_alone(id: str) -> None:
     """Traffic that reacts is highway-env's; what cannot be made at all is refused by its name."""

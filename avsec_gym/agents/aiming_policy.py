@@ -1,0 +1,188 @@
+"""`AimingPolicy`: looks at each object by the same small network, and aims at one of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import torch
+from stable_baselines3.common.policies import ActorCriticPolicy
+from torch import nn
+
+from avsec_gym.envs.closed_loop_observation import EACH, OWN, RANGE
+from avsec_gym.errors import ConfigurationError
+
+_SHARPNESS = 4.0
+"""What scores are multiplied by, so that the surest object gets nearly all of the aim early on."""
+_FOUND = 4
+"""Numbers that are found out about each object, the first its score."""
+
+
+@dataclass(frozen=True)
+class AimedGame:
+    """Where a game's observation has its objects, and its action a place.
+
+    Args:
+        observation: Numbers of an observation.
+        action: Numbers of an action.
+        first: Index of the first object's first number, which is above 0 where there is one.
+        count: Number of objects.
+        size: Numbers of each.
+        seen: Which of an object's numbers state its place.
+        aimed: Which of an action's numbers state a place, as many.
+        line: Slope and offset of each of `aimed` as a function of that of `seen`.
+        clock: Index of the share of an episode that is left.
+        steps: Steps of an episode.
+        period: Steps after which the car does the same again.
+    """
+
+    observation: int
+    action: int
+    first: int
+    count: int
+    size: int
+    seen: tuple[int, ...]
+    aimed: tuple[int, ...]
+    line: tuple[tuple[float, float], ...]
+    clock: int
+    steps: int
+    period: int
+
+
+GAMES = {
+    # What is hidden is named by its place, 5 to 45 m ahead and -8 to 8 m to the left.  The car
+    # plans in every fifth of 80 steps; what it believes in between is forgotten.
+    "closed_loop_attack": AimedGame(
+        observation=177,
+        action=7,
+        first=OWN,
+        count=16,
+        size=EACH,
+        seen=(1, 2),
+        aimed=(5, 6),
+        line=((RANGE / 20.0, -1.25), (20.0 / 8.0, 0.0)),
+        clock=9,
+        steps=80,
+        period=5,
+    ),
+    # A spot of light is at a column and a row of the image, and so is each object.
+    "facula_attack": AimedGame(
+        observation=128,
+        action=4,
+        first=9,
+        count=8,
+        size=12,
+        seen=(8, 9),
+        aimed=(1, 2),
+        line=((1.0, 0.0), (1.0, 0.0)),
+        clock=118,
+        steps=1,
+        period=1,
+    ),
+}
+"""The games that it plays, each with its default attack."""
+
+
+class AimedAction(nn.Module):
+    """The mean action, from scores of the objects.
+
+    Args:
+        game: Where objects and places are.
+        hidden: Width of all hidden layers.
+    """
+
+    def __init__(self, game: AimedGame, hidden: int = 64) -> None:
+        super().__init__()
+        self.game = game
+        others = game.observation - game.count * game.size + game.period
+        self.each = nn.Sequential(
+            nn.Linear(game.size + others, hidden),
+            nn.ReLU(),
+            nn.Linear(hidden, hidden),
+            nn.ReLU(),
+            nn.Linear(hidden, _FOUND),
+        )
+        self.whole = nn.Sequential(
+            nn.Linear(others + _FOUND, hidden), nn.Tanh(), nn.Linear(hidden, game.action)
+        )
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Mean actions of observations (B, M), shape (B, A)."""
+        game, end = self.game, self.game.first + self.game.count * self.game.size
+        rows = observations[:, game.first : end].reshape(-1, game.count, game.size)
+        others = torch.cat(
+            [observations[:, : game.first], observations[:, end:], self._step(observations)], dim=1
+        )
+        # Each object by itself, beside all that is no object.
+        beside = others[:, None].expand(-1, game.count, -1)
+        found = self.each(torch.cat([rows, beside], dim=-1))
+        # The objects' shares of the attention; zeros where there is none.
+        there = rows[..., 0] > 0
+        scores = (_SHARPNESS * found[..., 0]).masked_fill(~there, -1e4)
+        share = (scores.softmax(dim=1) * there)[..., None]
+        # The place is that of the object with the highest score, or nearly; the rest of the action
+        # is no object's, and is added to the place as what is aimed beside it.
+        slope, offset = observations.new_tensor(game.line).T
+        aimed = (share * rows[..., list(game.seen)]).sum(dim=1) * slope + offset
+        action = self.whole(torch.cat([others, (share * found).sum(dim=1)], dim=1))
+        return action.index_add(1, torch.tensor(game.aimed), aimed)
+
+    def _step(self, observations: torch.Tensor) -> torch.Tensor:
+        """Which step of the car's period it is, one-hot, shape (B, period)."""
+        game = self.game
+        left = (observations[:, game.clock] * game.steps).round().long()
+        return nn.functional.one_hot(left % game.period, game.period).to(observations)
+
+
+class AimingPolicy(ActorCriticPolicy):
+    """The mean action is that of `AimedAction`; the value is learned from the whole observation.
+
+    Args:
+        observation_space: The observation space of the game.
+        action_space: Its action space.
+        lr_schedule: The learning rate by the share of the training that is left.
+        game: One of `GAMES`.
+        deviations: Standard deviations of the first actions: of a place, and of all else.
+        net_arch: Widths of the hidden layers of the value alone.
+        named: Other arguments of stable-baselines3's `ActorCriticPolicy`.
+
+    Raises:
+        ConfigurationError: There is no such game, or its spaces have another size.
+    """
+
+    def __init__(
+        self,
+        observation_space: gym.spaces.Box,
+        action_space: gym.spaces.Box,
+        lr_schedule: Callable[[float], float],
+        *,
+        game: str = "closed_loop_attack",
+        deviations: Sequence[float] = (0.2, 0.6),
+        net_arch: Sequence[int] = (128, 128),
+        **named: Any,
+    ) -> None:
+        if game not in GAMES:
+            raise ConfigurationError(f"game is one of {', '.join(GAMES)}, got {game!r}")
+        self.game, self._deviations = GAMES[game], deviations
+        arch = {"pi": [], "vf": list(net_arch)}
+        super().__init__(observation_space, action_space, lr_schedule, net_arch=arch, **named)
+
+    def _build(self, lr_schedule: Callable[[float], float]) -> None:
+        super()._build(lr_schedule)
+        game = self.game
+        found = (*self.observation_space.shape, *self.action_space.shape)  # type: ignore[misc]
+        if found != (game.observation, game.action):
+            raise ConfigurationError(
+                f"this game has {game.observation} numbers observed and {game.action} of an action,"
+                f" the environment {found}: its attack is another than the default"
+            )
+        self.action_net = AimedAction(game)
+        place, others = self._deviations
+        with torch.no_grad():
+            self.log_std.fill_(math.log(others))
+            self.log_std[list(game.aimed)] = math.log(place)
+        optimiser: Any = self.optimizer_class
+        self.optimizer = optimiser(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
