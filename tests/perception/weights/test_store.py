@@ -11,6 +11,7 @@ import torch
 from torch import nn
 
 from avsec_gym.errors import DataError
+from avsec_gym.perception.weights import store
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.store import load_weights, read_card, save_weights
 
@@ -71,3 +72,11 @@ def test_weights_that_half_precision_cannot_hold_are_not_stored(tmp_path: Path) 
     with pytest.raises(DataError, match=r"0.weight is not finite, or beyond torch.float16"):
         save_weights(tmp_path / "toy.safetensors", large, CARD)
     assert not list(tmp_path.iterdir())
+
+
+def test_all_that_comes_with_the_package_states_its_licence() -> None:
+    """Where a card was silent, the site called the weights unlicensed."""
+    folder = Path(store.__file__).parent
+    cards = {path.stem: read_card(path) for path in sorted(folder.glob("*.safetensors"))}
+    assert len(cards) >= 10
+    assert {name for name, card in cards.items() if card is None or card.license != "MIT"} == set()
