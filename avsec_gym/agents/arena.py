@@ -75,6 +75,13 @@ class Arena:
             self._single = single(self.env, self.arguments)
         return self._single
 
+    @property
+    def longest_episode(self) -> int | None:
+        """The most steps of an episode, by the argument `queries` too; None: it has no limit."""
+        limit: int | None = self.environment.spec.max_episode_steps  # type: ignore[union-attr]
+        queries = self.arguments.get("queries")
+        return min(limit, int(queries)) if limit and queries else limit
+
     @cached_property
     def _has_batches(self) -> bool:
         return has_batches(self.env, self.arguments)

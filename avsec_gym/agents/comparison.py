@@ -226,7 +226,7 @@ def _compared(
     env = configuration.env
     held_out = Arena(env, configuration.held_out_kwargs)
     training = Arena(env, configuration.env_kwargs)
-    longest = held_out.environment.spec.max_episode_steps or 1  # type: ignore[union-attr]
+    longest = held_out.longest_episode or 1
     # Each baseline plays as many training episodes as held-out ones.
     total = sum(
         SEARCHES * budget + (len(agents) + 2 * number_of_baselines(env)) * episodes * longest

@@ -57,7 +57,7 @@ class SearchBudget:
     """Steps that a trial takes at most, where episodes have a limit; else what one took so far."""
 
     def __post_init__(self) -> None:
-        limit = self.arena.environment.spec.max_episode_steps  # type: ignore[union-attr]
+        limit = self.arena.longest_episode
         # Without a limit, an episode is a drive: an action goes on having effects.
         self.first_query &= limit is not None
         longest = 1 if self.first_query else limit or 1

@@ -246,6 +246,14 @@ def test_the_drivers_that_are_rules_drive_many_as_they_drive_one() -> None:
             assert together.reward[seed] == pytest.approx(total, abs=1e-5)
 
 
+@pytest.mark.parametrize(("queries", "longest"), [(None, 4), (2, 2), (9, 4)])
+def test_searches_know_how_long_an_episode_is(queries: int | None, longest: int) -> None:
+    arena = Arena("avsec/GhostObject-v0", {"queries": queries})
+    arena.environment.spec.max_episode_steps = 4  # type: ignore[union-attr]
+    assert arena.longest_episode == longest
+    assert SearchBudget(arena, 256 * 6, 0).trials == 6 // longest
+
+
 def test_what_hides_in_the_frames_that_count_wins_more_often() -> None:
     id, drives = "avsec/ClosedLoopAttack-v0", {"source": "layouts", "seed": 0, "count": 40}
     arena = Arena(id, {"scenarios": drives, "contested": True})
