@@ -17,6 +17,8 @@ from avsec_gym.errors import ConfigurationError
 
 _SHARPNESS = 4.0
 """What scores are multiplied by, so that the surest object gets nearly all of the aim early on."""
+_MOSTLY_OFF = -0.5
+"""The first mean of a switch."""
 _FOUND = 4
 """Numbers that are found out about each object, the first its score."""
 
@@ -34,6 +36,7 @@ class AimedGame:
         seen: Which of an object's numbers state its place.
         aimed: Which of an action's numbers state a place, as many.
         line: Slope and offset of each of `aimed` as a function of that of `seen`.
+        switches: Which of an action's numbers, above 0, spend what there is little of.
         clock: Index of the share of an episode that is left.
         steps: Steps of an episode.
         period: Steps after which the car does the same again.
@@ -47,6 +50,7 @@ class AimedGame:
     seen: tuple[int, ...]
     aimed: tuple[int, ...]
     line: tuple[tuple[float, float], ...]
+    switches: tuple[int, ...]
     clock: int
     steps: int
     period: int
@@ -64,6 +68,7 @@ GAMES = {
         seen=(1, 2),
         aimed=(5, 6),
         line=((RANGE / 20.0, -1.25), (20.0 / 8.0, 0.0)),
+        switches=(0, 4),
         clock=9,
         steps=80,
         period=5,
@@ -78,6 +83,7 @@ GAMES = {
         seen=(8, 9),
         aimed=(1, 2),
         line=((1.0, 0.0), (1.0, 0.0)),
+        switches=(),
         clock=118,
         steps=1,
         period=1,
@@ -105,9 +111,11 @@ class AimedAction(nn.Module):
             nn.ReLU(),
             nn.Linear(hidden, _FOUND),
         )
-        self.whole = nn.Sequential(
-            nn.Linear(others + _FOUND, hidden), nn.Tanh(), nn.Linear(hidden, game.action)
-        )
+        last = nn.Linear(hidden, game.action)
+        # Mostly off at first, so that what there is lasts until it is seen what it is good for.
+        with torch.no_grad():
+            last.bias[list(game.switches)] = _MOSTLY_OFF
+        self.whole = nn.Sequential(nn.Linear(others + _FOUND, hidden), nn.Tanh(), last)
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Mean actions of observations (B, M), shape (B, A)."""

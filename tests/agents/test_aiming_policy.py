@@ -9,6 +9,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
+from scipy.stats import norm
 
 from avsec_gym.agents.agent_folder import load_agent
 from avsec_gym.agents.aiming_policy import GAMES, AimedAction, AimedGame, AimingPolicy
@@ -87,6 +88,13 @@ def test_first_actions_scatter_as_asked() -> None:
     np.testing.assert_allclose(
         made.log_std.exp().detach(), [0.7, 0.7, 0.7, 0.7, 0.7, 0.1, 0.1], rtol=1e-6
     )
+
+
+def test_an_attack_begins_mostly_off_in_whatever_it_sees() -> None:
+    aim, made = GAMES["closed_loop_attack"], policy("closed_loop_attack")
+    mean = made.action_net(torch.rand(200, aim.observation))[:, list(aim.switches)]
+    off = norm.cdf(-mean.detach().numpy() / 0.6).mean()
+    assert 0.7 < off < 0.95
 
 
 def test_other_games_are_refused() -> None:
