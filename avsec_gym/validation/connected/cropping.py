@@ -18,6 +18,9 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 class CropMargins:
     """How much more than a proposal is cropped: every region is to hold some of the ground.
 
+    Beside it nothing is, as in the thesis: surfaces that reach down to the ground there halve the
+    distance of what stands in it.
+
     Args:
         sides: Metres at each of the four sides.
         below: Metres below the bottom.
@@ -27,7 +30,7 @@ class CropMargins:
         ConfigurationError: A negative margin, or one that is not finite.
     """
 
-    sides: float = 0.5
+    sides: float = 0.0
     below: float = 0.5
     above: float = 0.5
 

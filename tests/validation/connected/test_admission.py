@@ -97,7 +97,7 @@ def test_any_messages_make_a_set_that_can_be_sent(seed: int, count: int, spread:
 
 def test_points_outside_of_a_crop_are_left_out() -> None:
     complete = RegionMessage(65535, np.eye(4), car_regions((10, 3, 0)))
-    inside = np.array([[1.0, 0.5, 0.7], [2.55, -1.35, -0.45]])
+    inside = np.array([[1.0, 0.5, 0.7], [2.05, -0.85, -0.45]])
     outside = np.array([[300.0, 0, 0], [0, 1.6, 0], [0, 0, 2.2], [0, 0, -0.6]])
     first = CropMessage(1, (np.concatenate([inside, outside]),))
     messages = [first, CropMessage(1, (outside,)), CropMessage(0, ()), CropMessage(2, (inside,))]

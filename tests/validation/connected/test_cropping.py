@@ -95,4 +95,4 @@ def test_a_point_counts_in_every_region_in_the_scans_order() -> None:
 def test_margins_are_finite_and_not_negative(margins: tuple[float, float, float]) -> None:
     with pytest.raises(ConfigurationError, match="0 m or more"):
         CropMargins(*margins)
-    assert CropMargins(0.0, 0.0, 0.0) != CropMargins() == CropMargins(0.5, 0.5, 0.5)
+    assert CropMargins(0.0, 0.0, 0.0) != CropMargins() == CropMargins(0.0, 0.5, 0.5)
