@@ -61,9 +61,9 @@ class PastedObject:
 
     It stands on free ground, and turned such that the sides that were scanned face the victim's
     LiDAR, as they must to be seen.  Free is where no vehicle's rays ended on anything and, where
-    there are labels, no object stands, seen or not: what really stands there is no ghost.  A place is drawn
-    anywhere, as in the thesis, or chosen to matter: in the victim's path, or where the rays of the
-    others show least of it, of a dozen free places.
+    there are labels, no object stands, seen or not: what really stands there is no ghost.  A place
+    is drawn anywhere, as in the thesis, or chosen to matter: in the victim's path, or where the
+    rays of the others show least of it, of a dozen free places.
 
     Args:
         vehicle: Number of the victim; None: drawn.
