@@ -41,9 +41,9 @@ class DetectionRate:
         rate: The designated false positive rate r.
         detected: The decidable attacks that are detected.
         false_alarms: The decidable attack-free regions, of the judged instants, that alarm.
-        detected_by_rays: Likewise of the attacks that are decidable by the counts of the method of
-            rays itself, at a threshold of such regions.
-        false_alarms_by_rays: Likewise of such attack-free regions.
+        detected_by_rays: The detected ones of the attacks that are decidable by the counts of the
+            method of rays itself, at a threshold of such regions.
+        false_alarms_by_rays: The attack-free regions, decidable by the same counts, that alarm.
     """
 
     condition: str

@@ -14,7 +14,7 @@ from avsec_gym.validation.connected.result import AttackKind, Naming
 ENOUGH_WITNESSES = 3
 """Witnesses of an attack of whom the issue asks for more than of fewer."""
 LEAST_WITNESSES = (0, 1, ENOUGH_WITNESSES)
-"""Sets of attacks that are told apart: all, decidable ones, those with three witnesses or more."""
+"""What sets of attacks have at least: all, the decidable ones, those that several could tell."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from avsec_gym.validation.connected.validator import Method
 
 _NONE = np.zeros(0, np.int64)
 _PROPOSING = "propose"
-"""The step whose time is told apart."""
+"""The step whose time stands by itself."""
 
 
 def clean_state(place: str, compared: ComparedInstant, rays: CleanRays) -> MeasuredState:

@@ -9,6 +9,7 @@ import pytest
 from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.experiments.chapter4.in_words import connected_sentences
 from avsec_gym.experiments.chapter4.section import connected_section
+from avsec_gym.experiments.chapter4.settings import FIVE
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary, connected_summary
 from avsec_gym.experiments.json_rows import as_json, row_of
 from tests.experiments.chapter4.known_run import Kept, known_rows
@@ -155,9 +156,18 @@ def test_the_section_is_whole(summary: ConnectedSummary) -> None:
         assert {len(line) for line in table.rows} == {len(table.columns)}
     said = " ".join(connected_sentences(summary))
     assert "Of all 16 ghosts then, 75.0 %" in said
-    assert "which 0.0 % [0.0, 3.8] of the judged attack-free regions exceed by rays" in said
+    assert "which 0.0 % [0.0, 16.1] of the judged attack-free regions exceed by rays" in said
     assert "rays detect 100.0 % [67.6, 100.0], AUC 1.000, of 8" in said
     assert "(thesis: 70 %)" in said
+
+
+def test_names_of_five_vehicles_are_stated() -> None:
+    found = connected_summary(Kept(known_rows(PLACES, FIVE)))  # type: ignore[arg-type]
+    assert found is not None
+    ghosts, removals = connected_sentences(found)
+    assert "rays name the victim of 100.0 % [51.0, 100.0]" in ghosts
+    assert "of 4 decidable ghosts with 3 witnesses or more" in ghosts
+    assert "of 4 decidable removals" in removals
 
 
 def test_without_judged_instants_nothing_is_shown() -> None:
