@@ -114,6 +114,7 @@ class ConnectedInstants:
         self._learned = read_learned_fit(_model_file(configuration)).rule()
         self._seed, self._proposer = configuration.seed, ClusterProposer()
         self._place: tuple[tuple[Part, int], ScannedPlace] | None = None
+        self._warm = False
 
     def __call__(self, part: Part, number: int, condition: int, format: int) -> CellResult:
         """All states of an instant under a condition.
@@ -129,6 +130,10 @@ class ConnectedInstants:
         instant = self._scanned(part, number).instant(under)
         self._fit.check(instant.scans)
         constants, rays = constants_under(self._fit, under), CleanRays(instant)
+        if not self._warm:
+            # Kernels are loaded when they are first called: that is no instant's time.
+            compared_instant(instant.scans, constants, self._proposer, self._learned)
+            self._warm = True
         scanned = time.perf_counter()
 
         # Attack-free, which is all that thresholds need.

@@ -11,7 +11,9 @@ from avsec_gym.experiments.chapter4.shown_figures import (
     shown_condition,
 )
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
+from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 
+_PROPOSER = ClusterProposer()
 _AT = f"at the threshold of other places for r = {100 * OPERATING_RATE:g} %"
 
 
@@ -65,5 +67,6 @@ def _category_table(summary: ConnectedSummary) -> Table:
             if row.condition == shown
         ],
         f"{shown}. Of all removals of a category; detected {_AT}. Regions are proposed for what is"
-        f" 1.2 to 2.3 m high, as cars are: most people and trucks have none. {INTERVALS}.",
+        f" {_PROPOSER.shortest:g} m long or more and {_PROPOSER.tallest:g} m high or less, as cars"
+        f" are, and people and trucks are not. {INTERVALS}.",
     )
