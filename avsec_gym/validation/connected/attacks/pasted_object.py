@@ -255,8 +255,8 @@ def _within_reach(scan: VehicleScan, lidar: Floats) -> Floats:
         scan: The scan.
         lidar: Pose of its LiDAR in that frame, shape (4, 4).
     """
-    places = transform_points(lidar, scan.compensated().points[:, :3].astype(np.float64))
-    places = places[np.isfinite(places).all(axis=1)]
+    places = scan.compensated().points[:, :3].astype(np.float64)
+    places = transform_points(lidar, places[np.isfinite(places).all(axis=1)])
     return np.ascontiguousarray(places[(np.abs(places[:, :2]) < _REACH).all(axis=1)])
 
 
