@@ -1,4 +1,4 @@
-"""What becomes of all attacks, end to end: proposed, decidable, detected, the victim named."""
+"""What becomes of all attacks, end to end: proposed, decidable, detected."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from avsec_gym.experiments.chapter4.condition_states import ConditionStates
 from avsec_gym.experiments.chapter4.measured_state import MeasuredState
-from avsec_gym.experiments.chapter4.settings import ATTACKS, METHODS, OPERATING_RATE
+from avsec_gym.experiments.chapter4.settings import ATTACKS, BY_RAYS, METHODS, OPERATING_RATE
 from avsec_gym.metrics.clustered_shares import Share, share_of
-from avsec_gym.validation.connected.result import AttackKind, Naming
+from avsec_gym.validation.connected.result import AttackKind
 from avsec_gym.validation.connected.validator import Method
 
 
@@ -22,12 +22,12 @@ class AttackRates:
         kind: What was attacked.
         method: The method.
         covered: The attacks that some merged region is about.
-        decidable: The attacks with a decidable region.
+        decidable: The attacks that some other vehicle's rays reach, covered or not.
+        decidable_by_rays: The attacks with a region of which the method of rays itself has received
+            counts enough.
         detected: The attacks with a decidable region above the held-out threshold at r = 3 %.
-        of_decidable: The same of the decidable ones.
-        victim: The attacks of which the method, at the fit's own threshold, names the victim.
-        another: The attacks of which it names another vehicle.
-        cannot_tell: The attacks whose vehicle it cannot name, though it alarms.
+        of_decidable: The same of the decidable ones, covered or not.
+        of_regions: The same of the decidable ones that a region is about.
     """
 
     condition: str
@@ -35,11 +35,10 @@ class AttackRates:
     method: Method
     covered: Share
     decidable: Share
+    decidable_by_rays: Share
     detected: Share
     of_decidable: Share
-    victim: Share
-    another: Share
-    cannot_tell: Share
+    of_regions: Share
 
 
 def attack_rates(states: ConditionStates) -> list[AttackRates]:
@@ -52,26 +51,25 @@ def attack_rates(states: ConditionStates) -> list[AttackRates]:
 
 
 def _rates(states: ConditionStates, kind: AttackKind, method: Method) -> AttackRates:
-    attempts, decidable = states.attempts(kind), states.decidable_attacks(kind)
+    attempts = states.attempts(kind)
+    reached = [state.attack is not None and state.attack.witnesses > 0 for state in attempts]
     threshold = states.threshold(method, OPERATING_RATE)
 
     def detected(among: Sequence[MeasuredState]) -> Share:
         return _share(among, [state.highest(method) > threshold for state in among])
-
-    def named(naming: Naming) -> Share:
-        return _share(attempts, [state.naming(method) == naming for state in attempts])
 
     return AttackRates(
         states.condition.name,
         kind,
         method,
         covered=_share(attempts, [state.covered for state in attempts]),
-        decidable=_share(attempts, [state.is_decidable for state in attempts]),
+        decidable=_share(attempts, reached),
+        decidable_by_rays=_share(attempts, [state.is_decidable(BY_RAYS) for state in attempts]),
         detected=detected(attempts),
-        of_decidable=detected(decidable),
-        victim=named(Naming.VICTIM),
-        another=named(Naming.ANOTHER),
-        cannot_tell=named(Naming.CANNOT_TELL),
+        of_decidable=detected(
+            [state for state, some in zip(attempts, reached, strict=True) if some]
+        ),
+        of_regions=detected(states.decidable_attacks(kind)),
     )
 
 

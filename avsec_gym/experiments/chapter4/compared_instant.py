@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.experiments.chapter4.named_vehicles import NamedVehicles
+from avsec_gym.experiments.chapter4.settings import Namer
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.base_station import SurfaceComparison
 from avsec_gym.validation.connected.budget import MessageBudget
@@ -31,7 +33,7 @@ from avsec_gym.validation.connected.surface_exchange import (
     decide_by_surfaces,
     exchange_surfaces,
 )
-from avsec_gym.validation.connected.traffic import SentMessages
+from avsec_gym.validation.connected.traffic import MessageKind, SentMessages
 from avsec_gym.validation.connected.validator import Method
 from avsec_gym.validation.connected.vehicle import RegionProposer
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -43,14 +45,12 @@ class MethodResult:
 
     Args:
         score: How much speaks for an attack, shape (R,); -inf where nothing was compared.
-        named: The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
-        nbytes: What each vehicle sent, its proposals among it, V numbers.
+        probability: The fitted probability of an attack, shape (R,); 0 where nothing was compared.
         seconds: CPU time of each step, of all vehicles together.
     """
 
     score: Floats
-    named: NDArray[np.int64]
-    nbytes: Sequence[int]
+    probability: Floats
     seconds: Mapping[str, float]
 
 
@@ -65,12 +65,18 @@ class ComparedInstant:
         distances: Distances of the surfaces of all pairs of vehicles, metres, shape (R, V, V), NaN
             where nothing was compared (equation 4.1).
         results: The results by method.
+        named: The vehicles that are named, by method and by the thesis' own rule.
+        sent: The bytes that each vehicle sent, by kind of message, shape (V,) each; see `SENT_BY`.
+        from_station: The bytes that the base station sent to all, by kind of message.
     """
 
     regions: Regions
     decidable: NDArray[np.bool_]
     distances: Floats
     results: Mapping[Method, MethodResult]
+    named: Mapping[Namer, NamedVehicles]
+    sent: Mapping[MessageKind, NDArray[np.int64]]
+    from_station: Mapping[str, int]
 
 
 def compared_instant(
@@ -111,6 +117,7 @@ def compared_instant(
     by_both.sent = [
         rays | surfaces for rays, surfaces in zip(by_rays.sent, by_surfaces.sent, strict=True)
     ]
+    by_both.from_station = by_rays.from_station
     by_both.seconds = {**by_surfaces.seconds, **by_rays.seconds}
     del by_both.seconds["decide"]
     with by_both.step("decide"):
@@ -122,8 +129,21 @@ def compared_instant(
         "rays": _result(of_rays, by_rays),
         "learned": _result(of_both, by_both),
     }
-    decidable = is_decidable(heard.counts, constants.rates)
-    return ComparedInstant(merged.regions, decidable, compared.distances, results)
+    count = len(scans)
+    return ComparedInstant(
+        merged.regions,
+        is_decidable(heard.counts, constants.rates),
+        compared.distances,
+        results,
+        {
+            "thesis": NamedVehicles.of_thesis(compared.distances, constants.theta),
+            "surfaces": NamedVehicles.of(of_surfaces.named, count),
+            "rays": NamedVehicles.of(of_rays.named, count),
+            "learned": NamedVehicles.of(of_both.named, count),
+        },
+        {kind: np.array([sent[kind] for sent in by_both.sent]) for kind in MessageKind},
+        by_both.from_station,
+    )
 
 
 class _CpuTraffic(SentMessages):
@@ -140,5 +160,4 @@ class _CpuTraffic(SentMessages):
 
 
 def _result(decided: SurfaceDecision | Decision, traffic: SentMessages) -> MethodResult:
-    sent = [each.total() for each in traffic.sent]
-    return MethodResult(decided.score, decided.named, sent, traffic.seconds)
+    return MethodResult(decided.score, decided.probability, traffic.seconds)

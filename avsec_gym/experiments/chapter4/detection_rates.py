@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,14 @@ from avsec_gym.experiments.chapter4.condition_states import (
     attack_scores,
     region_scores,
 )
-from avsec_gym.experiments.chapter4.settings import ATTACKS, CURVE_RATES, METHODS
+from avsec_gym.experiments.chapter4.settings import (
+    ATTACKS,
+    BY_GEOMETRY,
+    BY_RAYS,
+    CURVE_RATES,
+    METHODS,
+    DecidedBy,
+)
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.roc_curve import threshold_at
 from avsec_gym.validation.connected.result import AttackKind
@@ -34,6 +41,9 @@ class DetectionRate:
         rate: The designated false positive rate r.
         detected: The decidable attacks that are detected.
         false_alarms: The decidable attack-free regions, of the judged instants, that alarm.
+        detected_by_rays: The detected ones of the attacks that are decidable by the counts of the
+            method of rays itself, at a threshold of such regions.
+        false_alarms_by_rays: The attack-free regions, decidable by the same counts, that alarm.
     """
 
     condition: str
@@ -43,6 +53,8 @@ class DetectionRate:
     rate: float
     detected: Share
     false_alarms: Share
+    detected_by_rays: Share
+    false_alarms_by_rays: Share
 
 
 def detection_rates(
@@ -57,13 +69,15 @@ def detection_rates(
     pairs = np.concatenate([np.zeros(0), *(state.distances for state in states.fitted)])
     rows = []
     for method in METHODS:
-        regions = region_scores(states.fitted, method).scores
-        for of, samples in ((REGIONS, regions), (PAIRS, pairs)):
-            if of == PAIRS and method != "surfaces":
-                continue
+        for of in (REGIONS, PAIRS) if method == "surfaces" else (REGIONS,):
             for rate in rates:
-                threshold = threshold_at(samples, rate)
-                rows += [_row(states, kind, method, of, rate, threshold) for kind in ATTACKS]
+                thresholds: dict[DecidedBy, float] = {
+                    by: threshold_at(pairs, rate)
+                    if of == PAIRS
+                    else states.threshold(method, rate, by)
+                    for by in (BY_GEOMETRY, BY_RAYS)
+                }
+                rows += [_row(states, kind, method, of, rate, thresholds) for kind in ATTACKS]
     return rows
 
 
@@ -73,16 +87,11 @@ def _row(
     method: Method,
     of: str,
     rate: float,
-    threshold: float,
+    thresholds: Mapping[DecidedBy, float],
 ) -> DetectionRate:
-    attacked = attack_scores(states.decidable_attacks(kind), method)
-    clean = region_scores(states.clean, method)
-    return DetectionRate(
-        states.condition.name,
-        kind,
-        method,
-        of,
-        rate,
-        share_of(attacked.scores > threshold, attacked.clusters),
-        share_of(clean.scores > threshold, clean.clusters),
-    )
+    shares = []
+    for by, threshold in thresholds.items():
+        attacked = attack_scores(states.decidable_attacks(kind, by), method, by)
+        clean = region_scores(states.clean, method, by)
+        shares += [share_of(each.scores > threshold, each.clusters) for each in (attacked, clean)]
+    return DetectionRate(states.condition.name, kind, method, of, rate, *shares)

@@ -27,11 +27,14 @@ class DistanceDistribution:
         bins: The share of distances, by state, in each of 40 equal bins from 0 to `LARGEST`; the
             last one holds all beyond. Under an attack these are distances of the victim's surface.
         below: The distances, by state, below the thesis' bound, 0.8 m.
+        compared: The pairs of surfaces, by state, that have a distance: both vehicles have points
+            enough in the region.
     """
 
     condition: str
     bins: Mapping[str, Sequence[float]]
     below: Mapping[str, Share]
+    compared: Mapping[str, Share]
 
 
 def distance_distribution(states: ConditionStates) -> DistanceDistribution:
@@ -46,6 +49,7 @@ def distance_distribution(states: ConditionStates) -> DistanceDistribution:
         states.condition.name,
         {state: _histogram(measured) for state, measured in by_state.items()},
         {state: _below(measured) for state, measured in by_state.items()},
+        {state: _compared(measured) for state, measured in by_state.items()},
     )
 
 
@@ -60,4 +64,11 @@ def _below(states: Sequence[MeasuredState]) -> Share:
     return share_of(
         [distance < DISTANCE_BOUND for state in states for distance in state.distances],
         [state.place for state in states for _ in state.distances],
+    )
+
+
+def _compared(states: Sequence[MeasuredState]) -> Share:
+    return share_of(
+        [pair < len(state.distances) for state in states for pair in range(state.pairs)],
+        [state.place for state in states for _ in range(state.pairs)],
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from avsec_gym.experiments.chapter4.condition_states import ConditionStates, region_scores
-from avsec_gym.experiments.chapter4.settings import METHODS, RATES
+from avsec_gym.experiments.chapter4.settings import BY_GEOMETRY, METHODS, RATES
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.validation.connected.validator import Method
 
@@ -57,7 +57,7 @@ def _alarms(states: ConditionStates, method: Method, rate: float) -> InstantFals
         ),
         each_frame=float(alarms.sum()) / len(clean),
         decidable=share_of(
-            [decidable for state in clean for decidable in state.decidable],
-            [state.place for state in clean for _ in state.decidable],
+            [decidable for state in clean for decidable in state.decidable[BY_GEOMETRY]],
+            [state.place for state in clean for _ in range(state.regions)],
         ),
     )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter4.attack_rates import AttackRates
-from avsec_gym.experiments.chapter4.detection_rates import PAIRS
+from avsec_gym.experiments.chapter4.detection_rates import PAIRS, REGIONS, DetectionRate
+from avsec_gym.experiments.chapter4.naming_rates import ENOUGH_WITNESSES
 from avsec_gym.experiments.chapter4.roc_rates import RocRow
-from avsec_gym.experiments.chapter4.settings import ATTACKS, EXACT, OPERATING_RATE, USUAL
+from avsec_gym.experiments.chapter4.settings import ATTACKS, EXACT, FIVE, OPERATING_RATE, USUAL
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
 from avsec_gym.experiments.chapter4.thesis import DETECTION
 from avsec_gym.metrics.clustered_shares import Share
@@ -19,13 +20,13 @@ _CONDITIONS = {
 
 
 def connected_sentences(summary: ConnectedSummary) -> list[str]:
-    """The thesis' rates, both ROC curves, and what becomes of all attacks.
+    """The thesis' rates, detection at held-out thresholds, what becomes of all attacks, and names.
 
     Args:
         summary: The results of a run.
     """
     sentences = [
-        f"{words}, {_of_thesis(summary, condition)}; {_of_roc(summary, condition)}."
+        f"{words}, {_of_thesis(summary, condition)}; {_of_rays(summary, condition)}."
         for condition, words in _CONDITIONS.items()
         if condition in summary.instants
     ]
@@ -34,7 +35,28 @@ def connected_sentences(summary: ConnectedSummary) -> list[str]:
         for row in summary.attacks
         if row.condition == USUAL.name and row.method == "rays"
     ]
-    return sentences
+    return [*sentences, *_of_names(summary)]
+
+
+def _of_names(summary: ConnectedSummary) -> list[str]:
+    """Whom rays name of five vehicles."""
+    rows = [
+        row
+        for row in summary.namings
+        if (row.condition, row.namer, row.witnesses) == (FIVE.name, "rays", ENOUGH_WITNESSES)
+    ]
+    honest = {
+        row.state: row.instants
+        for row in summary.honest
+        if (row.condition, row.namer) == (FIVE.name, "rays")
+    }
+    return [
+        f"With five vehicles, rays name the victim of {_share(row.victim)} and another vehicle of"
+        f" {_share(row.another)} of {row.victim.of} decidable {row.kind}s with {row.witnesses}"
+        f" witnesses or more; an honest vehicle is named in any region at"
+        f" {_share(honest[row.kind])} of the instants."
+        for row in rows
+    ]
 
 
 def _of_thesis(summary: ConnectedSummary, condition: str) -> str:
@@ -50,19 +72,29 @@ def _of_thesis(summary: ConnectedSummary, condition: str) -> str:
     return f"the thesis’ method detects {found} of {rows[0.0].of} decidable ghosts"
 
 
-def _of_roc(summary: ConnectedSummary, condition: str) -> str:
-    rows = {(row.kind, row.method): row for row in summary.roc if row.condition == condition}
+def _of_rays(summary: ConnectedSummary, condition: str) -> str:
+    areas = {(row.kind, row.method): row for row in summary.roc if row.condition == condition}
+    rows = {
+        (row.kind, row.method): row
+        for row in summary.detection
+        if (row.condition, row.of, row.rate) == (condition, REGIONS, OPERATING_RATE)
+    }
     found = " and ".join(
-        f"{_curve(rows[kind, 'rays'])}, of {rows[kind, 'rays'].attacks} decidable {kind}s (surfaces"
-        f" {_curve(rows[kind, 'surfaces'])})"
+        f"{_detected(rows[kind, 'rays'], areas[kind, 'rays'])}, of"
+        f" {rows[kind, 'rays'].detected.of} decidable {kind}s (surfaces"
+        f" {_detected(rows[kind, 'surfaces'], areas[kind, 'surfaces'])})"
         for kind in ATTACKS
     )
-    return f"at {100 * OPERATING_RATE:g} % false positives, rays detect {found}"
+    alarms = {method: rows[ATTACKS[0], method].false_alarms for method in ("rays", "surfaces")}
+    return (
+        f"at the thresholds of other places for r = {100 * OPERATING_RATE:g} %, which"
+        f" {_share(alarms['rays'])} of the judged attack-free regions exceed by rays and"
+        f" {_share(alarms['surfaces'])} by surfaces, rays detect {found}"
+    )
 
 
-def _curve(row: RocRow) -> str:
-    detected = _share(row.true_positives[str(OPERATING_RATE)])
-    return f"{detected}, AUC {number(row.area.value, digits=3)}"
+def _detected(row: DetectionRate, curve: RocRow) -> str:
+    return f"{_share(row.detected)}, AUC {number(curve.area.value, digits=3)}"
 
 
 def _of_all(row: AttackRates) -> str:

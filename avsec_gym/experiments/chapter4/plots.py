@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 
 from avsec_gym.drawing.page_figure import Figure, line_key, mark_key
 from avsec_gym.drawing.page_table import bounds, number
-from avsec_gym.experiments.chapter4.detection_rates import PAIRS, REGIONS
+from avsec_gym.experiments.chapter4.detection_rates import PAIRS, REGIONS, DetectionRate
 from avsec_gym.experiments.chapter4.distance_distributions import LARGEST
 from avsec_gym.experiments.chapter4.panels import Mark, lines_panel, steps_panel
-from avsec_gym.experiments.chapter4.roc_rates import RocRow
 from avsec_gym.experiments.chapter4.settings import (
     ATTACKS,
     CLEAN,
@@ -20,8 +19,8 @@ from avsec_gym.experiments.chapter4.settings import (
     USUAL,
     ConnectedCondition,
 )
+from avsec_gym.experiments.chapter4.shown_figures import IN_WORDS
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
-from avsec_gym.experiments.chapter4.tables import IN_WORDS
 from avsec_gym.experiments.chapter4.thesis import DETECTION, DISTANCE_BOUND
 from avsec_gym.validation.connected.result import AttackKind
 
@@ -71,8 +70,22 @@ def _distance_figure(summary: ConnectedSummary, conditions: Sequence[ConnectedCo
         [line_key("line-0", "attack-free"), line_key("line-1", "of the victim, attacked")],
         note=f"Three vehicles. The last bin holds all beyond {LARGEST:g} m. Dashed: the thesis"
         f" finds most attack-free distances below {DISTANCE_BOUND:g} m, and most attacked ones"
-        " above.",
+        f" above. Pairs of surfaces that have a distance: {_compared(summary, conditions)}; of the"
+        " others a vehicle has too few points in the region.",
         columns=4,
+    )
+
+
+def _compared(summary: ConnectedSummary, conditions: Sequence[ConnectedCondition]) -> str:
+    """How many pairs of surfaces were compared, of how many, in each panel and attack-free."""
+    rows = {row.condition: row for row in summary.distances}
+    return "; ".join(
+        f"{_short(condition)}: "
+        + ", ".join(
+            f"{state} {share.count} of {share.of}"
+            for state, share in rows[condition.name].compared.items()
+        )
+        for condition in conditions
     )
 
 
@@ -134,20 +147,21 @@ def _roc_figure(summary: ConnectedSummary, conditions: Sequence[ConnectedConditi
 
 
 def _factor_figure(summary: ConnectedSummary) -> Figure:
-    """True positives at 3 % over the errors of poses, and over the number of vehicles."""
+    """Detection at r = 3 % over the errors of poses, and over the number of vehicles."""
     panels = []
     for kind in ATTACKS:
         by_noise = _marks(summary, kind, _of_noise)
         by_vehicles = _marks(summary, kind, _of_vehicles)
         panels.append(lines_panel(f"{kind}, clocks alike", "errors, m and deg", 0.6, {}, by_noise))
-        panels.append(lines_panel(f"{kind}, {_short(USUAL)}", "vehicles", 6, {}, by_vehicles))
+        panels.append(lines_panel(f"{kind}, {_short(USUAL)}", "vehicles", 7, {}, by_vehicles))
     has_some = any("<circle" in panel for panel in panels)
     return Figure(
-        f"True positives at {100 * OPERATING_RATE:g} % false positives, over decidable regions, %",
+        f"Detection at thresholds of other places for r = {100 * OPERATING_RATE:g} %, %",
         panels if has_some else (),
         [mark_key(_KINDS[method], IN_WORDS[method]) for method in METHODS],
-        note="Whiskers: 95 % intervals that know of instants, for a given threshold. Left: errors"
-        " of poses, three vehicles, clocks alike. Right: the number of vehicles.",
+        note="Of decidable attacks. Whiskers: 95 % intervals that know of instants, for a given"
+        " threshold. Left: errors of poses, three vehicles, clocks alike. Right: the number of"
+        " vehicles.",
         columns=4,
     )
 
@@ -155,23 +169,27 @@ def _factor_figure(summary: ConnectedSummary) -> Figure:
 def _marks(
     summary: ConnectedSummary, kind: AttackKind, place: Callable[[ConnectedCondition], float | None]
 ) -> list[Mark]:
-    """The true positive rates of conditions that have a place on the axis."""
-    rows = {(row.condition, row.method): row for row in summary.roc if row.kind == kind}
+    """The detection rates of conditions that have a place on the axis."""
+    rows = {
+        (row.condition, row.method): row
+        for row in summary.detection
+        if (row.kind, row.of, row.rate) == (kind, REGIONS, OPERATING_RATE)
+    }
     marks = []
     for condition in CONDITIONS:
         x = place(condition)
         for method in METHODS:
             row = rows.get((condition.name, method))
-            if x is not None and row is not None and row.attacks:
+            if x is not None and row is not None and row.detected.of:
                 marks.append(_mark(x, row, _KINDS[method]))
     return marks
 
 
-def _mark(x: float, row: RocRow, kind: str) -> Mark:
-    share = row.true_positives[str(OPERATING_RATE)]
+def _mark(x: float, row: DetectionRate, kind: str) -> Mark:
+    share = row.detected
     interval = None if share.interval is None else [100 * bound for bound in share.interval]
     hint = f"{IN_WORDS[row.method]}, {row.condition}: {number(share.percent)} % {bounds(interval)}"
-    return Mark((x, share.percent), f"small {kind}", f"{hint} of {row.attacks}", interval)
+    return Mark((x, share.percent), f"small {kind}", f"{hint} of {share.of}", interval)
 
 
 def _of_noise(condition: ConnectedCondition) -> float | None:

@@ -30,8 +30,8 @@ from avsec_gym.world.motion import later
 from avsec_gym.world.posed_scenes import PosedScene
 
 ASSETS: dict[Part, Assets] = {FITTED: Assets.TRAIN, JUDGED: Assets.JUDGE}
-_FIRST_SET: dict[Part, int] = {FITTED: 5000, JUDGED: 6000}
-"""Numbers of the sets of places, none of which anything else was made from."""
+FIRST_SET: dict[Part, int] = {FITTED: 5000, JUDGED: 6000}
+"""Number of the set of places that seed 0 has; the package's fit and model are of none of them."""
 
 
 class ScannedPlace:
@@ -45,7 +45,7 @@ class ScannedPlace:
     """
 
     def __init__(self, seed: int, part: Part, number: int, vehicles: int = MOST_VEHICLES) -> None:
-        self._set, self._number, self._vehicles = _FIRST_SET[part] + seed, number, vehicles
+        self._set, self._number, self._vehicles = FIRST_SET[part] + seed, number, vehicles
         [self.posed] = drive_scenes(self._set, number, 1, vehicles, assets=ASSETS[part])
         """What is there at the instant."""
         self._scanned: dict[float, RecordedInstant] = {}

@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter4.condition_states import (
     attack_scores,
     region_scores,
 )
-from avsec_gym.experiments.chapter4.settings import ATTACKS, METHODS, RATES
+from avsec_gym.experiments.chapter4.settings import ATTACKS, BY_RAYS, METHODS, RATES
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.roc_curve import RocArea, roc_area, roc_curve, threshold_at
 from avsec_gym.validation.connected.result import AttackKind
@@ -35,6 +35,9 @@ class RocRow:
         true_positives: The attacks detected at the threshold that a share of the judged attack-free
             regions exceeds, by this share: 0.01, 0.03 and 0.1 as texts.
         curve: False and true positive rates, no more than 400 points.
+        attacks_by_rays: Number of attacks that are decidable by the counts of the method of rays
+            itself.
+        area_by_rays: The area under the curve of these and of such attack-free regions.
     """
 
     condition: str
@@ -45,6 +48,8 @@ class RocRow:
     area: RocArea
     true_positives: Mapping[str, Share]
     curve: Sequence[Sequence[float]]
+    attacks_by_rays: int
+    area_by_rays: RocArea
 
 
 def roc_rows(states: ConditionStates) -> list[RocRow]:
@@ -68,6 +73,7 @@ def _row(states: ConditionStates, kind: AttackKind, method: Method) -> RocRow:
         points = np.round(np.stack(roc_curve(attacked.scores, clean.scores), axis=1), 5)
         chosen = np.linspace(0, len(points) - 1, min(len(points), _MOST_POINTS)).astype(int)
         curve = points[chosen].tolist()
+    by_rays = attack_scores(states.decidable_attacks(kind, BY_RAYS), method, BY_RAYS)
     return RocRow(
         states.condition.name,
         kind,
@@ -77,4 +83,6 @@ def _row(states: ConditionStates, kind: AttackKind, method: Method) -> RocRow:
         roc_area(attacked, clean),
         rates,
         curve,
+        len(by_rays),
+        roc_area(by_rays, region_scores(states.clean, method, BY_RAYS)),
     )

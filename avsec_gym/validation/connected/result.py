@@ -64,7 +64,8 @@ class ConnectedResult:
         probability: Probability of an attack, shape (R,).
         decidable: Whether something was compared, shape (R,).
         ghost: Probability, if there is an attack, of a ghost in each vehicle's scan, shape (R, V).
-        removal: The log odds of an object removed from each vehicle's scan, shape (R, V).
+        removal: Probability, if there is an attack, of an object removed from each vehicle's
+            scan, shape (R, V).
         named: The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
         traffic: The messages, with bytes and seconds.
         counts: What witness ``k`` reports of the claim of ``j``, shape (R, V, V, 3); None without

@@ -16,7 +16,13 @@ from avsec_gym.experiments.chapter4.instant_cells import (
     constants_under,
 )
 from avsec_gym.experiments.chapter4.section import findings
-from avsec_gym.experiments.chapter4.settings import CONDITIONS, EXACT, FITTED, JUDGED
+from avsec_gym.experiments.chapter4.settings import (
+    BY_GEOMETRY,
+    CONDITIONS,
+    EXACT,
+    FITTED,
+    JUDGED,
+)
 from avsec_gym.runs.catalogue import experiment
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
@@ -86,8 +92,11 @@ def test_a_run_is_resumed_and_shown(tmp_path: Path) -> None:
     assert states.condition == CONDITIONS[TWO_VEHICLES]
     [fitted], [clean] = states.fitted, states.clean
     for state in (fitted, clean):
-        assert len(state.decidable) == len(state.scores["rays"]) > 3
-        assert (state.nbytes["rays"] <= 4096).all()
+        assert state.regions == len(state.scores["rays"]) > 3
+        assert 0 < state.decidable[BY_GEOMETRY].sum() < state.regions
+        assert (state.nbytes("rays") <= 4096).all()
+        assert (state.nbytes("rays") > 0).all()
+        assert len(state.distances) <= state.pairs == state.regions
         assert (state.distances >= 0).all()
     shown = findings(run, ReportRequest())
     assert shown.sections[0].tables[0].rows

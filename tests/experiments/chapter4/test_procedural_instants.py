@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.experiments.chapter4.procedural_instants import ScannedPlace
 from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, ConnectedCondition
 from avsec_gym.rig import kitti_rig, resized_rig
+from avsec_gym.validation.connected.attacks.pasted_object import PastedObject
+from avsec_gym.validation.connected.merging import seen_from_above
 from avsec_gym.validation.connected.recordings import recorded_instants
 from avsec_gym.world.assets import Assets
 from avsec_gym.world.export.connected import Connection
@@ -72,3 +75,16 @@ def test_fewer_vehicles_are_the_first_ones(place: ScannedPlace) -> None:
 def test_fitted_places_are_others(place: ScannedPlace) -> None:
     other = ScannedPlace(0, FITTED, 0, vehicles=2).instant(NOISY)
     assert other.truth != place.instant(NOISY).truth
+
+
+def test_ghosts_stand_on_nothing_that_is_there(place: ScannedPlace) -> None:
+    instant = place.instant(NOISY)
+    assert instant.truth is not None
+    boxes = [
+        (*each.location[:2], *each.dimensions[2:0:-1], each.heading)
+        for each in instant.truth.objects
+    ]
+    found = [PastedObject().attack(instant, seed) for seed in range(6)]
+    ghosts = [seen_from_above(each.box) for each in found if each is not None]
+    assert len(ghosts) > 3
+    assert not rectangle_iou(np.concatenate(ghosts), np.array(boxes)).any()

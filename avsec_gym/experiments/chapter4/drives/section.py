@@ -10,7 +10,7 @@ from avsec_gym.experiments.chapter4.drives.window_rates import (
     drives_summary,
 )
 from avsec_gym.experiments.chapter4.settings import USUAL
-from avsec_gym.experiments.chapter4.tables import IN_WORDS
+from avsec_gym.experiments.chapter4.shown_figures import IN_WORDS
 from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.runs.run_folder import RunFolder

@@ -14,7 +14,7 @@ from pathlib import Path
 from avsec_gym.attacks.sensor_combination import thesis_attack
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter4.procedural_instants import ScannedPlace
-from avsec_gym.experiments.chapter4.settings import CONDITIONS, JUDGED
+from avsec_gym.experiments.chapter4.settings import FIVE, JUDGED
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.frame import SensorFrame
 from avsec_gym.runs.experiment import Cell, CellResult, Configuration, Experiment, Measurement
@@ -104,8 +104,8 @@ class JoinedFrames:
 
     def _frame(self, number: int) -> tuple[str, SensorFrame]:
         """The frame of the car at a place, with what the others share, and its id."""
-        place = ScannedPlace(self._seed, JUDGED, number)
-        instant = place.instant(CONDITIONS[-1])
+        place = ScannedPlace(self._seed, JUDGED, number, FIVE.vehicles)
+        instant = place.instant(FIVE)
         seen = later(place.posed, instant.scans[OWN].time)
         capture = render(seen, ego=OWN, cameras=LIDAR_AND_TWO_CAMERAS.cameras, lidar=None)
         frame = frame_of_scans(instant.id, instant.scans, seen.rig.calibration)

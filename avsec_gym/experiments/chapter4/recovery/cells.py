@@ -10,7 +10,7 @@ from typing import Literal
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter4.procedural_instants import ScannedPlace
 from avsec_gym.experiments.chapter4.recovery.driven_instant import DrivenInstant, scene_around
-from avsec_gym.experiments.chapter4.settings import CONDITIONS, JUDGED
+from avsec_gym.experiments.chapter4.settings import FIVE, JUDGED
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.pipeline import Pipeline
 from avsec_gym.registry import Kind, make
@@ -97,9 +97,9 @@ class RecoveredEpisodes:
             number: Number of the place.
         """
         start = time.perf_counter()
-        place = ScannedPlace(self._seed, JUDGED, number)
-        # The usual errors of poses and clocks, with as many vehicles as there are.
-        instant, posed = place.instant(CONDITIONS[-1]), place.posed
+        place = ScannedPlace(self._seed, JUDGED, number, FIVE.vehicles)
+        # The usual errors of poses and clocks, with five vehicles.
+        instant, posed = place.instant(FIVE), place.posed
         assert instant.truth is not None
         calibration, road_type = posed.rig.calibration, posed.site.road_type
         pose = instant.true_pose(OWN)

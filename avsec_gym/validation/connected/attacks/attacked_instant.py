@@ -29,7 +29,9 @@ class AttackedInstant:
         victim: Number of the victim.
         kind: What was done.
         box: Where, in the world, one region.
-        points: Number of points that were put there, or taken away.
+        points: Number of points that were put there, where they stand last in the scan, or taken
+            away.
+        category: KITTI's name of what was removed; empty where it is not known.
     """
 
     instant: RecordedInstant
@@ -37,6 +39,13 @@ class AttackedInstant:
     kind: AttackKind
     box: Regions
     points: int
+    category: str = ""
+
+    @property
+    def distance(self) -> float:
+        """The distance from the victim's LiDAR along the ground, metres."""
+        away = self.box.centre[0, :2] - self.instant.true_pose(self.victim)[:2, 3]
+        return float(np.hypot(*away))
 
     def regions(self, regions: Regions) -> NDArray[np.bool_]:
         """Which regions are about what was attacked, shape (R,)."""

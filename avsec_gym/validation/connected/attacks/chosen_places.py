@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.claims import claim
@@ -61,7 +62,15 @@ def telling_rays(
 ) -> int:
     """How many voxels of a ghost some other vehicle's rays end in or pass through, of all others.
 
-    Where they are few, no other vehicle can contradict the ghost.
+    Where they are few, no other vehicle can contradict the ghost.  Arguments as of `rays_at_ghost`.
+    """
+    return int(rays_at_ghost(others, ghost, box, victim, time).sum())
+
+
+def rays_at_ghost(
+    others: Sequence[Observer], ghost: Floats, box: Regions, victim: Floats, time: float
+) -> NDArray[np.int64]:
+    """How many voxels of a ghost each other vehicle's rays end in or pass through, shape (O,).
 
     Args:
         others: The other vehicles, as of `other_observers`.
@@ -72,5 +81,9 @@ def telling_rays(
     """
     points = np.c_[ghost, np.zeros(len(ghost))].astype(np.float32)
     claims = claim(observe(VehicleScan(points, victim, time, RollingSweep(period=0.0))), box)
-    margins = WitnessMargins(position_noise=0.0, heading_noise=0.0, fastest=0.0)
-    return sum(int(count_rays(other, claims, box, margins).counts[:, :2].sum()) for other in others)
+    counts = [count_rays(other, claims, box, EXACT_MARGINS).counts for other in others]
+    return np.array([int(each[:, :2].sum()) for each in counts], np.int64)
+
+
+EXACT_MARGINS = WitnessMargins(position_noise=0.0, heading_noise=0.0, fastest=0.0)
+"""Margins of rays from true poses, of what stands."""

@@ -59,10 +59,11 @@ _TURN = 2 * np.pi
 class PastedObject:
     """A ghost: what some vehicle scanned of a real object stands in the victim's scan elsewhere.
 
-    It stands on the ground, where the victim's rays ended on nothing, and turned such that the
-    sides that were scanned face the victim's LiDAR, as they must to be seen.  A place is drawn
-    anywhere, as in the thesis, or chosen to matter: in the victim's path, or where the rays of the
-    others show least of it, of a dozen free places.
+    It stands on free ground, and turned such that the sides that were scanned face the victim's
+    LiDAR, as they must to be seen.  Free is where no vehicle's rays ended on anything and, where
+    there are labels, no object stands, seen or not: what really stands there is no ghost.  A place
+    is drawn anywhere, as in the thesis, or chosen to matter: in the victim's path, or where the
+    rays of the others show least of it, of a dozen free places.
 
     Args:
         vehicle: Number of the victim; None: drawn.
@@ -188,14 +189,15 @@ class PastedObject:
         random: np.random.Generator,
     ) -> Iterator[Floats]:
         """Poses on free ground in the victim's frame, as they are drawn, shape (4, 4) each."""
-        scan = instant.scans[victim]
-        places = scan.compensated().points[:, :3].astype(np.float64)
-        places = places[np.isfinite(places).all(axis=1)]
-        places = places[(np.abs(places[:, :2]) < _REACH).all(axis=1)]
-        if not len(places):
+        scan, lidars = instant.scans[victim], _lidars(instant, victim)
+        places = [
+            _within_reach(each, lidar) for each, lidar in zip(instant.scans, lidars, strict=True)
+        ]
+        if not len(places[victim]):
             return
-        ground = ground_map(places, _REACH)
-        taken = [_rectangle(each, _ROOM) for each in seen_objects(instant, victim)]
+        ground = ground_map(places[victim], _REACH)
+        # With labels, those are objects that the victim does not see, too.
+        taken = [_rectangle(each, _ROOM) for each in seen_objects(instant, victim, fewest=0)]
         for _ in range(_TRIES):
             distance, turned = random.uniform(*self.distance), random.uniform(-np.pi, np.pi)
             bearing = turned if self.bearing is None else self.bearing
@@ -210,10 +212,12 @@ class PastedObject:
             near = np.array(taken).reshape(-1, 5)
             if rectangle_iou(_rectangle(ghost)[None], near).any():
                 continue
-            if holds_lidar(pose, pasted.dimensions):
+            if any(holds_lidar(np.linalg.inv(lidar) @ pose, pasted.dimensions) for lidar in lidars):
                 continue
-            # Few returns above the ground: bushes and walls are no place for a vehicle.
-            if points_in_box(places, pose, pasted.dimensions, feet=_FEET) <= _FEW:
+            # Few returns of any vehicle above the ground: bushes and walls are no place for one.
+            if all(
+                points_in_box(each, pose, pasted.dimensions, feet=_FEET) <= _FEW for each in places
+            ):
                 yield pose
 
 
@@ -235,7 +239,25 @@ class PlacedGhost:
 _CANDIDATES = 12
 """Free places of which the one is chosen that the others' rays show least of."""
 _FEW = 3
-"""So many stray returns may be where a ghost is put."""
+"""So many stray returns of each vehicle may be where a ghost is put."""
+
+
+def _lidars(instant: RecordedInstant, victim: int) -> list[Floats]:
+    """Poses of all LiDARs in the victim's velodyne frame, by number, shape (4, 4) each."""
+    to_victim = np.linalg.inv(instant.true_pose(victim))
+    return [to_victim @ instant.true_pose(number) for number in range(len(instant.scans))]
+
+
+def _within_reach(scan: VehicleScan, lidar: Floats) -> Floats:
+    """A scan's returns around the victim, in its velodyne frame, metres, shape (M, 3).
+
+    Args:
+        scan: The scan.
+        lidar: Pose of its LiDAR in that frame, shape (4, 4).
+    """
+    places = scan.compensated().points[:, :3].astype(np.float64)
+    places = transform_points(lidar, places[np.isfinite(places).all(axis=1)])
+    return np.ascontiguousarray(places[(np.abs(places[:, :2]) < _REACH).all(axis=1)])
 
 
 def check_vehicle(vehicle: Any) -> None:

@@ -85,4 +85,5 @@ class RemovedObject:
             "removal",
             box,
             int(tampered.lost.sum()),
+            chosen.category,
         )

@@ -60,7 +60,8 @@ class Decision:
             (R,); -inf where no testimony decides anything.
         probability: Probability of an attack, shape (R,).
         ghost: Probability, if there is an attack, of a ghost in each vehicle's scan, shape (R, V).
-        removal: The log odds of an object removed from each vehicle's scan, shape (R, V).
+        removal: Probability, if there is an attack, of an object removed from each vehicle's
+            scan, shape (R, V).
         named: The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
     """
 

@@ -14,7 +14,7 @@ from avsec_gym.experiments.chapter4.recovery.cells import RECOVERY, RecoveredEpi
 from avsec_gym.experiments.chapter4.recovery.driven_instant import scene_around
 from avsec_gym.experiments.chapter4.recovery.rates import is_of_recovery, recovery_rows
 from avsec_gym.experiments.chapter4.recovery.section import recovery_section
-from avsec_gym.experiments.chapter4.settings import CONDITIONS, JUDGED
+from avsec_gym.experiments.chapter4.settings import FIVE, JUDGED
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRecord
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.experiment import Configuration
@@ -123,7 +123,7 @@ def test_a_place_is_driven_through_alone_and_connected() -> None:
 
 @pytest.mark.slow
 def test_a_ghost_that_the_learned_proposer_covers_is_taken_out() -> None:
-    instant = ScannedPlace(0, JUDGED, 1).instant(CONDITIONS[-1])
+    instant = ScannedPlace(0, JUDGED, 1, FIVE.vehicles).instant(FIVE)
     ahead = PastedObject(vehicle=0, distance=(6.0, 20.0), bearing=0.0)
     attacked = ahead.attack(instant, (0, 1))
     assert attacked is not None

@@ -25,6 +25,7 @@ from avsec_gym.validation.connected.attacks.several_victims import (
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+from avsec_gym.world.export.instants import ConnectedInstant, SensorVehicle, WorldObject
 from tests.strange_values import STRANGE
 
 _CAR = (14.0, 3.0, 0.1)
@@ -168,3 +169,63 @@ def test_no_ghost_stands_around_the_lidar(instant: RecordedInstant) -> None:
     for seed in range(5):
         near = PastedObject(vehicle=0, distance=(1.0, 1.0), scan=tall)
         assert near.attack(instant, seed) is None
+
+
+def _ghost_at(x: float, y: float, height: float = 1.5) -> PastedObject:
+    """A ghost of a car exactly there, of the first vehicle, which stands at the origin."""
+    distance = float(np.hypot(x, y))
+    one = np.array([[-2.0, 0.0, 0.5, 0.3]], np.float32)
+    scan = ObjectScan(one, (height, 1.8, 4.2), (-10.0, 0.0))
+    return PastedObject(0, (distance, distance), float(np.arctan2(y, x)), scan)
+
+
+def test_no_ghost_stands_where_another_vehicle_sees_something(
+    street: Callable[..., list[VehicleScan]],
+) -> None:
+    for of_others, free in (((), True), ((_CAR,), False)):
+        # From the first vehicle the car is hidden.
+        scans = street((), of_others, of_others)
+        attacked = _ghost_at(*_CAR[:2]).attack(RecordedInstant("a", tuple(scans)))
+        assert (attacked is not None) is free
+
+
+def test_no_ghost_stands_on_a_labelled_object_that_none_sees(
+    street: Callable[..., list[VehicleScan]],
+) -> None:
+    scans = tuple(street((), (), ()))
+    vehicles = tuple(SensorVehicle(number, 0.0, 0.0, 0.0) for number in range(3))
+    x, y, heading = _CAR
+    car = WorldObject(
+        9, "Car", (x, y, 0.0), heading, (1.5, 1.8, 4.2), 0.0, 0.0, moving=False, points=(0, 0, 0)
+    )
+    for objects, free in (((), True), ((car,), False)):
+        truth = ConnectedInstant(0, 0, vehicles, objects)
+        attacked = _ghost_at(*_CAR[:2]).attack(RecordedInstant("a", scans, truth))
+        assert (attacked is not None) is free
+
+
+def test_no_ghost_stands_around_the_lidar_of_another_vehicle(
+    street: Callable[..., list[VehicleScan]],
+) -> None:
+    scans = tuple(street((), (), ()))
+    x, y = scans[2].pose[:2, 3]
+    for farther, free in ((1.0, False), (1.5, True)):
+        attack = _ghost_at(farther * x, farther * y, height=3.0)
+        assert (attack.attack(RecordedInstant("a", scans)) is not None) is free
+
+
+def test_what_was_removed_and_how_far_it_was_is_known(
+    street: Callable[..., list[VehicleScan]],
+) -> None:
+    x, y, heading = _CAR
+    vehicles = tuple(SensorVehicle(number, 0.0, 0.0, 0.0) for number in range(3))
+    van = WorldObject(
+        9, "Van", (x, y, 0.0), heading, (1.5, 1.8, 4.2), 0.0, 0.0, moving=False, points=(99, 99, 99)
+    )
+    scans = tuple(street((_CAR,), (_CAR,), (_CAR,)))
+    labelled = RecordedInstant("a", scans, ConnectedInstant(0, 0, vehicles, (van,)))
+    attacked = _done(RemovedObject(vehicle=0).attack(labelled))
+    assert attacked.category == "Van"
+    assert attacked.distance == pytest.approx(np.hypot(x, y), abs=0.01)
+    unlabelled = _done(RemovedObject(vehicle=0).attack(RecordedInstant("a", scans)))
+    assert unlabelled.category == ""
