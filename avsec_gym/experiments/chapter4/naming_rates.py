@@ -12,7 +12,7 @@ from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.validation.connected.result import AttackKind, Naming
 
 ENOUGH_WITNESSES = 3
-"""Witnesses of an attack of whom the issue asks for more than of fewer."""
+"""Witnesses of an attack from whom on it can be expected that the victim is named."""
 LEAST_WITNESSES = (0, 1, ENOUGH_WITNESSES)
 """What sets of attacks have at least: all, the decidable ones, those that several could tell."""
 
