@@ -89,8 +89,8 @@ BUILT_IN = {
         {},
     ),
     (Kind.CLASSIFIER, "vgg16"): (
-        "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
-        {"configuration": "vgg16"},
+        "avsec_gym.perception.motion.classifier:vgg16_classifier",
+        {},
     ),
     (Kind.SELECTOR, "small"): ("avsec_gym.perception.road_type:DrivingConstraintSelector", {}),
     (Kind.ATTACK, "thesis_pgd"): ("avsec_gym.attacks.perturbation:thesis_pgd", {}),
@@ -104,7 +104,6 @@ BUILT_IN = {
     ),
     (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
     (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
-    (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
     (Kind.ATTACK, "art"): ("avsec_gym.attacks.toolbox_attack:ToolboxAttack", {}),
     (Kind.ATTACK, "transferred"): ("avsec_gym.attacks.transferred:TransferredAttack", {}),
     (Kind.ATTACK, "strongest"): ("avsec_gym.attacks.strongest:StrongestAttack", {}),
@@ -168,12 +167,15 @@ BUILT_IN = {
     (Kind.DRIVE_ATTACK, "patch"): ("avsec_gym.closed_loop.attack.lasting_patch:LastingPatch", {}),
 }
 """Where each part is made, and with which arguments where none are given."""
-AMBIGUOUS_ATTACKS = {
+NO_ATTACKS = {
     "pgd": "in version 0.2 no attack is named 'pgd', since the name changes its meaning: the"
     " thesis' form, whose sum of steps is not projected, is 'thesis_pgd'; the projected form of"
-    " Madry et al. is 'projected_pgd', and 'pgd' from version 0.3 on"
+    " Madry et al. is 'projected_pgd', and 'pgd' from version 0.3 on",
+    "random_ghosts": "'random_ghosts' is no attack on frames: it puts boxes into detections, as"
+    " avsec_gym.attacks.object_injection.RandomGhosts; avsec/GhostObject-v1 is the same as a game",
 }
-"""Names that change their meaning and stand for nothing meanwhile, with what to write instead."""
+"""Names that stand for no attack on frames, with the reason: those that change their meaning, and
+what attacks something else."""
 METHODS = {
     Kind.DETECTOR: "detect",
     Kind.ATTACK: "attack",

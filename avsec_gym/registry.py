@@ -14,7 +14,7 @@ from importlib import import_module, metadata
 from typing import Any
 
 from avsec_gym.argument_checks import shown
-from avsec_gym.built_in_parts import AMBIGUOUS_ATTACKS, BUILT_IN, METHODS, RESERVED, Kind
+from avsec_gym.built_in_parts import BUILT_IN, METHODS, NO_ATTACKS, RESERVED, Kind
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.factory_arguments import check_arguments, named_parameters
 from avsec_gym.suggestions import unknown_name
@@ -67,7 +67,7 @@ def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
             f"a {key[0]} cannot be named {name!r}: `--{key[0]} {name}` asks for every {key[0]} of"
             " the package; choose another name"
         )
-    ambiguous = key[0] == Kind.ATTACK and name in AMBIGUOUS_ATTACKS
+    ambiguous = key[0] == Kind.ATTACK and name in NO_ATTACKS
     if key in BUILT_IN or key in _REGISTERED or ambiguous:
         raise ConfigurationError(f"there is a {key[0]} named {name!r} already: choose another name")
     _REGISTERED[key] = factory
@@ -165,7 +165,7 @@ def kind_of(what: Any, kinds: Sequence[Kind]) -> Kind:
         'optical_attack'
     """
     name = what.get("name") if isinstance(what, Mapping) else what
-    if not isinstance(name, str) or (Kind.ATTACK in kinds and name in AMBIGUOUS_ATTACKS):
+    if not isinstance(name, str) or (Kind.ATTACK in kinds and name in NO_ATTACKS):
         return kinds[0]
     found = next((kind for kind in kinds if name in names(kind)), None)
     if found is None:
@@ -207,8 +207,8 @@ def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, An
             f"{kind.words} given as a dictionary needs a 'name', got {shown(what)}"
         )
     name = str(asked.pop("name"))
-    if kind == Kind.ATTACK and name in AMBIGUOUS_ATTACKS:
-        raise ConfigurationError(AMBIGUOUS_ATTACKS[name])
+    if kind == Kind.ATTACK and name in NO_ATTACKS:
+        raise ConfigurationError(NO_ATTACKS[name])
     if name not in names(kind):
         raise _unknown(name, [kind])
     return name, asked

@@ -331,6 +331,29 @@ def test_results_of_another_split(
     assert "another split" in capsys.readouterr().err
 
 
+def test_the_frames_of_a_split(
+    kitti: Path, detections: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As `avsec ap` has it: results of `val` are judged on the frames of `val` alone."""
+    listed = tmp_path / "some.txt"
+    listed.write_text("000001\n000003\n")
+    (kitti / "ImageSets").mkdir(exist_ok=True)
+    (kitti / "ImageSets" / "mine.txt").write_text(listed.read_text())
+    arguments = ["--kitti", kitti, "--detections", detections, "--intention", "left"]
+    for split in ("mine", listed):
+        report = evaluated(capsys, *arguments, "--split", split)
+        assert {row["scenarios"] for row in report["rates"]} == {2}
+        assert report["settings"]["split"] == str(split)
+    assert evaluated(capsys, *arguments, "--scenarios", listed)["rates"] == report["rates"]
+    limited = evaluated(capsys, *arguments, "--split", "mine", "--limit", "1")
+    assert {row["scenarios"] for row in limited["rates"]} == {1}
+    assert ends(["evaluate", "--kitti", kitti, "--split", "vla"]) == BAD_DATA
+    assert "vla.txt" in capsys.readouterr().err
+    for wrong in (["--split", "mine"], ["--kitti", kitti, "--split", "mine", "--scenarios", kitti]):
+        assert ends(["evaluate", *wrong]) == BAD_USAGE
+        assert "--split takes frames of --kitti" in capsys.readouterr().err
+
+
 def test_an_empty_label_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert ends(["evaluate", "--scenarios", tmp_path]) == BAD_DATA
     assert str(tmp_path) in capsys.readouterr().err

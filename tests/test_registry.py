@@ -15,7 +15,8 @@ import pytest
 
 import avsec_gym.commands
 from avsec_gym import registry
-from avsec_gym.attacks.object_injection import RandomGhosts
+from avsec_gym.attacks.attacked_detector import AttackedDetector
+from avsec_gym.attacks.noise import RandomNoise
 from avsec_gym.built_in_parts import ALL_PLANNERS, RESERVED
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
@@ -59,7 +60,7 @@ def test_by_name_by_dictionary_and_as_it_is() -> None:
     assert (given.node_limit, given.mode) == (7, Mode.REFERENCE)
     live = MotionPrimitivePlanner(node_limit=3)
     assert make("planner", live) is live
-    assert make("attack", {"name": "random_ghosts", "ghosts": 5}) == RandomGhosts(ghosts=5)
+    assert make("attack", {"name": "random_noise", "strength": 5}) == RandomNoise(5)
 
 
 def test_the_dictionary_is_left_as_it_was() -> None:
@@ -123,8 +124,19 @@ def test_unknown_names_list_the_known_ones() -> None:
     register("planner", "rrt", lambda: 1)
     with pytest.raises(ConfigurationError, match=r"no planner named 'dijkstra'.*astar, gbfs, rrt"):
         make("planner", "dijkstra")
-    with pytest.raises(ConfigurationError, match="random_ghosts"):
+    with pytest.raises(ConfigurationError, match="random_noise"):
         make("attack", "")
+
+
+def test_an_attack_on_detections_is_no_attack_on_frames() -> None:
+    """It would be made, and fail at the first frame."""
+    for what in ("random_ghosts", {"name": "random_ghosts", "ghosts": 5}):
+        for ask in (make, check):
+            with pytest.raises(ConfigurationError, match=r"no attack on frames.*RandomGhosts"):
+                ask("attack", what)
+        with pytest.raises(ConfigurationError, match=r"attack: .*no attack on frames"):
+            AttackedDetector("oracle", what)
+    assert "random_ghosts" not in names("attack")
 
 
 def test_a_bare_pgd_is_an_error_that_names_both_forms() -> None:

@@ -31,7 +31,8 @@ class PatchAttack:
     """An `Attack` with one patch, pasted into both views at a disparity that can be.
 
     Args:
-        patch: A patch, its file, or the name of a control, ``grey`` or ``noise``.
+        patch: A patch, its file, or a name: of a control, ``grey`` or ``noise``, or of a patch
+            of the package, ``dsgn``, ``stereo_rcnn`` or ``joint`` (against both).
         placement: ``random``: anywhere in the image; ``specific``: in the third of the image that
             the driving intention points to.
         radius: Radius in pixels of the camera's own image; None: that of the patch.

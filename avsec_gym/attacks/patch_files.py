@@ -15,6 +15,7 @@ from torch import Tensor
 
 from avsec_gym.argument_checks import shown
 from avsec_gym.attacks.patch_ghosts import ghost_width
+from avsec_gym.attacks.patch_names import CONTROLS, PATCHES, check_patch_name, patch_names
 from avsec_gym.attacks.patch_pasting import disc
 from avsec_gym.attacks.patch_placement import RADIUS, PatchRange
 from avsec_gym.errors import ConfigurationError, DataError
@@ -25,7 +26,6 @@ from avsec_gym.storage.json_fields import read_fields
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import write_text
 
-_SHIPPED = Path(__file__).parent / "patches"
 _ENLARGED = 4
 _GREY = 127.5
 _AGAIN = "Train it again with `avsec attack patch`."
@@ -125,7 +125,7 @@ def texels(radius: float) -> int:
 
 def shipped_patch(name: str) -> Path:
     """Where the package keeps the patch against a detector, or ``joint``; it may have none."""
-    return _SHIPPED / f"{name}.safetensors"
+    return PATCHES / f"{name}.safetensors"
 
 
 def save_patch(path: str | Path, patch: Patch) -> Patch:
@@ -178,21 +178,28 @@ def patch_of(what: Patch | str | Path) -> Patch:
     """The patch that a name, a file or an object stands for.
 
     Args:
-        what: A patch, its file, or the name of a control, ``grey`` or ``noise``.
+        what: A patch, its file, or a name: of a control, ``grey`` or ``noise``, or of a patch
+            of the package, ``dsgn``, ``stereo_rcnn`` or ``joint`` (against both).
 
     Raises:
-        ConfigurationError: It is something else.
+        ConfigurationError: It is a mistyped name, or something else.
         DataError: The file is missing, damaged, or no patch.
+
+    Example:
+        >>> sorted(patch_of("joint").card.detectors)
+        ['dsgn', 'stereo_rcnn']
     """
     if isinstance(what, Patch):
         return what
     if not isinstance(what, str | Path):
+        names = ", ".join(patch_names())
         raise ConfigurationError(
-            f"patch takes a file, a Patch, 'grey' or 'noise', got {shown(what)}"
+            f"patch takes a file, a Patch, or one of {names}; got {shown(what)}"
         )
-    if what == "grey":
-        return Patch.grey()
-    return Patch.noise() if what == "noise" else load_patch(what)
+    check_patch_name(what)
+    if str(what) in CONTROLS:
+        return Patch.grey() if str(what) == "grey" else Patch.noise()
+    return load_patch(shipped_patch(str(what)) if str(what) in patch_names() else what)
 
 
 def _read_card(path: Path) -> PatchCard | None:

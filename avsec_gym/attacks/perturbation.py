@@ -25,7 +25,7 @@ from avsec_gym.attacks.attack import Budget, Seed, Victim, with_pair
 from avsec_gym.attacks.loss_gradient import loss_gradient
 from avsec_gym.attacks.loss_terms import LossTerms
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.built_in_parts import AMBIGUOUS_ATTACKS
+from avsec_gym.built_in_parts import NO_ATTACKS
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
@@ -279,7 +279,7 @@ def pgd(*_: object, **__: object) -> NoReturn:
     Raises:
         ConfigurationError: Always; it names both.
     """
-    raise ConfigurationError(AMBIGUOUS_ATTACKS["pgd"])
+    raise ConfigurationError(NO_ATTACKS["pgd"])
 
 
 def _name(attack: str, terms: LossTerms) -> str:

@@ -36,8 +36,9 @@ class AgentsTrain:
     """A file in rl-zoo3's YAML form with an entry for the environment.  Default: the package's."""
     variant: str | None = None
     """Which other game of the package's configurations: images (policies that see the camera's
-    image), defender (a driver under attack), low_frequency (perturbations of long waves) or
-    surrogate (perturbations along another detector's gradients).  Default: the usual one."""
+    image), defender (a driver under attack), low_frequency (perturbations of long waves),
+    surrogate (perturbations along another detector's gradients) or aimed (small spots of light, PPO
+    alone).  Default: the usual one."""
     steps: int | None = None
     """Environment steps to learn from, all sittings together.  Default: the entry's n_timesteps."""
     minutes: float | None = None

@@ -169,14 +169,11 @@ class _ScoredFrames:
         Raises:
             DataError: A folder or split is missing, or no frame is left.
         """
-        from avsec_gym.kitti import DetectionFolder, KittiObject, read_split
+        from avsec_gym.commands.named_scenes import split_ids
+        from avsec_gym.kitti import DetectionFolder, KittiObject
 
         data = KittiObject(kitti)
-        if split is not None and split.endswith(".txt"):
-            ids = read_split(split)
-        else:
-            ids = data.ids(split, having=() if split else ("label_2",))
-        ids = ids[:limit]
+        ids = split_ids(data, split)[:limit]
         if not ids:
             raise DataError(
                 "there is no frame to score.", path=split or kitti, remedy="Name another split."

@@ -34,6 +34,9 @@ class Evaluate:
     list of frame ids (with --kitti), `layouts`, or contested scenes, in which it matters what a car
     sees: `mixed_contested` of these layouts, `kitti_contested` of the labels in the folder --kitti.
     Default: every labelled frame of --kitti; without it, `layouts`."""
+    split: str | None = None
+    """Frames of --kitti, without --scenarios: those of ImageSets/SPLIT.txt, such as val, or of a
+    .txt file that lists frame ids.  Each of them counts, with or without a result file."""
     detections: Path | None = None
     """A detector's KITTI result folder; its boxes are what the planner believes."""
     planner: str = "astar"
@@ -151,7 +154,9 @@ class Evaluate:
 
         from avsec_gym.commands.named_scenes import named_scenes
 
-        scenes = named_scenes(self.scenarios, self.kitti, seed=self.seed, count=self.limit)
+        scenes = named_scenes(
+            self.scenarios, self.kitti, seed=self.seed, count=self.limit, split=self.split
+        )
         if not len(scenes):
             raise DataError(
                 "there is no scene to drive.",

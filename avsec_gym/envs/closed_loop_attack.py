@@ -78,7 +78,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     In contested drives of layouts (`contested=True, scenarios="layouts"`) the best of 12 constants
     wins 32 % (24-42 %) with the default budget, and a rule that waits until something in the way is
-    near 36 % (27-46 %) (docs/closed_loop.md).
+    near 36 % (27-46 %), as `benchmarks/closed_loop_attackers.py` measures them.
 
     ## Observation
     `Box(-1, 1, (177,), float32)`, 162 and what depends on the attack, values cut at 1.  13 numbers
@@ -123,8 +123,8 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * `kind="ghost"`: what the attacker can do.  Also `{"name": "ghost", "ghosts": 2, "hides": 0,
       "ahead": [5, 45], "left": [-8, 8]}`; `"facula"` (a laser on a real object, which tracks the
       car's camera), `"spoofed_scan"` (bogus LiDAR points at a place) and `"patch"` (a poster on a
-      vehicle or at the roadside), which need `perception="sensors"` and scenes with sensors, such
-      as `"drives"`; or a live
+      vehicle or at the roadside), which need a perception that reads what they attack (`"stereo"`
+      or `"sensors"`; `"lidar"` or `"sensors"` for the scan) and `scenarios="drives"`; or a live
       `avsec_gym.closed_loop.attack.drive_attack.DriveAttack`.
     * `driver="planner"`: or `{"name": "planner", "replanning": 0.2}` (seconds); or `"idm"`,
       highway-env's own; or a live agent of `avsec/ClosedLoop-v0` that has

@@ -10,6 +10,7 @@ import numpy as np
 
 from avsec_gym.argument_checks import shown
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.attacks.patch_names import check_patch_name
 from avsec_gym.envs.observations import FEATURES
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import takes_parts
@@ -20,15 +21,9 @@ from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.registry import Kind
-from avsec_gym.storage.regular_files import is_file
-from avsec_gym.unknown_source import unknown_source
 
 if TYPE_CHECKING:  # torch is loaded with the detector, not before.
     from avsec_gym.attacks.patch_files import Patch
-
-
-CONTROLS = ("noise", "grey")
-"""Names of patches that are not trained."""
 
 
 @takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED)
@@ -86,7 +81,8 @@ class PatchAttackEnv(SensorAttackEnv):
       `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
       `response="stop"`.
     * `patch=None`: the package's patch against this detector, of noise where it has none;
-      `"noise"`, uniform; `"grey"`; a file that `avsec attack patch` made; or a live patch.
+      `"noise"`, uniform; `"grey"`; a patch of the package, `"dsgn"`, `"stereo_rcnn"` or `"joint"`;
+      a file that `avsec attack patch` made; or a live patch.
     * `observation="features"`: or `"images"`, `"both"`, see above.
     * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
       know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
@@ -175,10 +171,6 @@ def _check_patch(patch: Patch | str | Path | None) -> None:
         DataError: There is no such file.
     """
     if isinstance(patch, str | Path):
-        if str(patch) not in CONTROLS and not is_file(patch):
-            names = " or ".join(map(repr, CONTROLS))
-            raise unknown_source(
-                str(patch), CONTROLS, f"Name a file that `avsec attack patch` made, or {names}."
-            )
+        check_patch_name(patch)
     elif patch is not None and not hasattr(patch, "pixels"):
         raise ConfigurationError(f"a patch is a name, a file or a Patch, got {shown(patch)}")

@@ -17,7 +17,6 @@ ENDS: list[tuple[Kind, dict[str, Any], str, float, float]] = [
     (Kind.ATTACK, {"name": "expectation_over_noise"}, "copies", 1, 10_000),
     (Kind.ATTACK, {"name": "thesis_pgd"}, "steps", 1, 100_000),
     (Kind.ATTACK, {"name": "mi_fgsm"}, "momentum", 0.0, 100.0),
-    (Kind.ATTACK, {"name": "random_ghosts"}, "ghosts", 0, 1000),
     (Kind.OPTICAL_ATTACK, {"name": "facula"}, "radius", 0.01, 1e6),
     (Kind.OPTICAL_ATTACK, {"name": "facula"}, "strength", 0.01, 1e5),
     (Kind.OPTICAL_ATTACK, {"name": "lidar_spoofing"}, "bearing", -4 * math.pi, 4 * math.pi),

@@ -132,6 +132,14 @@ def test_the_random_attacker_asks_until_it_succeeds_or_its_budget_ends() -> None
     assert queries == 3
 
 
+@pytest.mark.parametrize(("name", "least", "most"), [("ghosts", 0, 1000), ("queries", 1, 100_000)])
+def test_the_random_attackers_numbers_have_ends(name: str, least: int, most: int) -> None:
+    for end, beyond in ((least, least - 1), (most, most + 1)):
+        RandomGhosts(**{name: end})
+        with pytest.raises(ConfigurationError, match=name):
+            RandomGhosts(**{name: beyond})
+
+
 def test_the_random_attacker_is_seeded() -> None:
     one, two, other, pair = (
         RandomGhosts().attack(REAL, lambda boxes: True, seed)[0].location

@@ -14,12 +14,21 @@ from safetensors.torch import save_file
 
 from avsec_gym.attacks.attack import Attack, Victim
 from avsec_gym.attacks.patch import PatchAttack
-from avsec_gym.attacks.patch_files import Patch, PatchCard, load_patch, save_patch
+from avsec_gym.attacks.patch_files import (
+    Patch,
+    PatchCard,
+    load_patch,
+    patch_of,
+    save_patch,
+    shipped_patch,
+)
+from avsec_gym.attacks.patch_names import check_patch_name, patch_names
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.perception.weights.weights_hash import weights_hash
+from avsec_gym.registry import Kind, make
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 
@@ -90,8 +99,26 @@ def test_impossible_attacks_are_errors(tmp_path: Path) -> None:
         PatchAttack("grey", placement="somewhere")  # type: ignore[arg-type]
     with pytest.raises(ConfigurationError, match="radius"):
         PatchAttack("grey", radius=0)
-    with pytest.raises(DataError, match="no patch here"):
+    with pytest.raises(DataError, match=r"lost\.safetensors: There is no such file"):
         PatchAttack(tmp_path / "lost.safetensors")
+
+
+@pytest.mark.parametrize("name", ["dsgn", "stereo_rcnn", "joint"])
+def test_patches_of_the_package_have_names(name: str) -> None:
+    attack = make(Kind.ATTACK, {"name": "patch", "patch": name})
+    assert torch.equal(attack.patch.pixels, load_patch(shipped_patch(name)).pixels)
+    with pytest.raises(ConfigurationError, match=f'Did you mean "{name}"'):
+        PatchAttack(f"{name}x")
+
+
+def test_every_name_of_a_patch_stands_for_one(tmp_path: Path) -> None:
+    for name in patch_names():
+        check_patch_name(name)
+        assert patch_of(name).pixels.shape == (3, 76, 76)
+    with pytest.raises(DataError, match=r"This is no file.*grey, noise"):
+        patch_of(tmp_path)
+    with pytest.raises(ConfigurationError, match="one of grey, noise, dsgn, joint"):
+        patch_of(5)  # type: ignore[arg-type]
 
 
 def test_controls_are_patches_of_the_same_size() -> None:

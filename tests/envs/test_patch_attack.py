@@ -157,6 +157,8 @@ def test_a_live_patch_is_taken_and_a_missing_one_named(quick: dict[str, Any]) ->
     assert env.step(np.ones(5))[-1]["radius"] == 20.0
     with pytest.raises(DataError, match="no-such-file"):
         gym.make(ID, **quick, patch="no-such-file.safetensors")
+    with pytest.raises(ConfigurationError, match='Did you mean "joint"'):
+        gym.make(ID, **quick, patch="jiont")
 
 
 def test_by_itself_the_patch_is_the_packages_against_this_detector(

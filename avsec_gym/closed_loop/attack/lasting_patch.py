@@ -9,7 +9,7 @@ import numpy as np
 
 from avsec_gym.argument_checks import number, number_range
 from avsec_gym.attacks.attack import LEFT, RIGHT, quantised
-from avsec_gym.attacks.patch_files import Patch, patch_of, shipped_patch
+from avsec_gym.attacks.patch_files import Patch, patch_of
 from avsec_gym.attacks.patch_pasting import paste_on_frame
 from avsec_gym.attacks.patch_placement import (
     PatchPlace,
@@ -60,8 +60,8 @@ class LastingPatch(DriveAttack):
     it covers a part of it.  The LiDAR does not see it.
 
     Args:
-        patch: A patch, its file, or the name of a control, ``grey`` or ``noise``; None: the
-            package's own against both stereo detectors.
+        patch: A patch, its file, or a name, see `patch_of`; None: the package's own against both
+            stereo detectors, ``joint``.
         ahead: Metres ahead of the car, the first and the last, from 5 to 100.
         left: Metres to its left, the first and the last, within 20.
         diameters: The smallest and the largest diameter, metres, from 0.05 to 10.
@@ -89,7 +89,7 @@ class LastingPatch(DriveAttack):
         )
         self._low, self._high = np.array(spans).T
         self._height = number("height", height, 0.0, 10.0)
-        self.patch = patch_of(shipped_patch("joint") if patch is None else patch)
+        self.patch = patch_of("joint" if patch is None else patch)
         self.begin()
 
     def begin(self) -> None:

@@ -137,6 +137,29 @@ class MovingObjectClassifier:
         return object_crops(boxes, frame, neighbour, self.configuration.crop, left=self.left)
 
 
+def vgg16_classifier(
+    weights: Weights,
+    threshold: float = _THRESHOLD,
+    single_threshold: float = _SINGLE_THRESHOLD,
+    left: int = 2,
+    right: int = 3,
+) -> MovingObjectClassifier:
+    """The thesis' network as a classifier; no weights of it come with the package.
+
+    Args:
+        weights: Its weights; see `MovingObjectClassifier`, as for all others.
+        threshold: The least probability of an object that is classified as moving.
+        single_threshold: Not used: the network has single crops alone.
+        left: The reference camera.
+        right: The other camera.
+
+    Raises:
+        ConfigurationError: The weights are of another network.
+        DataError: The file cannot be read, or is of another network.
+    """
+    return MovingObjectClassifier("vgg16", weights, threshold, single_threshold, left, right)
+
+
 def neighbour_of(
     frame: SensorFrame, boxes: Boxes3D, left: int = 2, right: int = 3
 ) -> Neighbour | None:
