@@ -1,0 +1,1 @@
+"""Evidence of chapter 4, beside its experiment."""
