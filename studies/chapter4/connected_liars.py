@@ -82,8 +82,9 @@ class ConnectedLiars:
         places: Number of places, each of which stands in every row once.
         seed: Seed of the places.
         evaluations: Lies that are tried at an instant, at most.
-        contradicted: By number of vehicles, ``3`` and so on, the share of instants in which more rays of some honest
-            vehicle pass through what another one claims than twice as many as support it.
+        contradicted: The share of instants, by number of vehicles, ``3`` and so on, in which rays
+            of some honest vehicle pass through what another one claims, more than twice as many as
+            support it.
         rows: A row for each method, number of vehicles and rule.
     """
 

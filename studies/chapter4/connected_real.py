@@ -35,7 +35,7 @@ STATES: dict[str, InstantAttack | None] = {
 }
 METHODS: tuple[Method, ...] = ("rays", "surfaces")
 PICTURES = {state: f"images/connected_real_{state}.png" for state in ("paste", "removal")}
-"""Of the first triple in which rays alarm about what was attacked, else of the first one."""
+"""Pictures of the first triple in which rays alarm about what was attacked, else of the first."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class RegisteredScan:
 
 
 @dataclass(frozen=True)
-class RealVerdict:
+class RealDecision:
     """What a method decides of a triple in a state.
 
     Args:
@@ -97,12 +97,12 @@ class ConnectedReal:
     Args:
         drive: Name of the drive.
         scans: How the other two scans of each triple lie on its middle one.
-        verdicts: A row for each triple, state, method, and whether all is known to stand.
+        decisions: A row for each triple, state, method, and whether all is known to stand.
     """
 
     drive: str
     scans: Sequence[RegisteredScan]
-    verdicts: Sequence[RealVerdict]
+    decisions: Sequence[RealDecision]
 
 
 def connected_real(drive: Drive, images: Path | None = None, seed: int = 0) -> ConnectedReal:
@@ -118,7 +118,7 @@ def connected_real(drive: Drive, images: Path | None = None, seed: int = 0) -> C
     """
     constants = read_connected_fit(SHIPPED_FIT).constants()
     scans: list[RegisteredScan] = []
-    verdicts: list[RealVerdict] = []
+    decisions: list[RealDecision] = []
     drawn: dict[str, bool] = {}
     for number, instant in enumerate(drive_instants(drive, poses_by="registration")):
         scans += _registered(instant)
@@ -130,14 +130,14 @@ def connected_real(drive: Drive, images: Path | None = None, seed: int = 0) -> C
                 # Surfaces know of no motion: they are compared as if all stood still.
                 for still in (False, True) if method == "rays" else (True,):
                     decides = known_to_stand(constants) if still else constants
-                    verdict, draw = _judged(instant, state, attacked, method, decides, still)
-                    verdicts.append(verdict)
-                    told = verdict.about in ("victim", "cannot tell")
+                    decision, draw = _judged(instant, state, attacked, method, decides, still)
+                    decisions.append(decision)
+                    decided = decision.about in ("victim", "cannot tell")
                     shown = state in PICTURES and method == "rays" and still
                     if images is not None and shown and not drawn.get(state, False):
                         draw(images.parent / PICTURES[state])
-                        drawn[state] = told
-    return ConnectedReal(drive.name, scans, verdicts)
+                        drawn[state] = decided
+    return ConnectedReal(drive.name, scans, decisions)
 
 
 def known_to_stand(constants: ConnectedConstants) -> ConnectedConstants:
@@ -159,8 +159,8 @@ def _judged(
     method: Method,
     constants: ConnectedConstants,
     still: bool,
-) -> tuple[RealVerdict, Callable[[Path], None]]:
-    """The verdict, and a function that draws it into a file."""
+) -> tuple[RealDecision, Callable[[Path], None]]:
+    """The decision, and a function that draws it into a file."""
     seen = instant if attacked is None else attacked.instant
     result = ConnectedValidator(constants, method).validate(seen.scans, id=f"{instant.id} {state}")
     about = [] if attacked is None else list(attacked.regions(result.regions).nonzero()[0])
@@ -175,7 +175,7 @@ def _judged(
         other = {NO_ATTACK: "no alarm", CANNOT_TELL: "cannot tell", MIDDLE: "victim"}
         what = other.get(named, "another")
     elsewhere = sum(each.index not in about for each in result.accusations)
-    verdict = RealVerdict(
+    decision = RealDecision(
         instant.id,
         state,
         method,
@@ -188,7 +188,9 @@ def _judged(
         what,
         result.accused,
     )
-    return verdict, lambda path: save_connected_picture(path, result, seen.scans, constants.margins)
+    return decision, lambda path: save_connected_picture(
+        path, result, seen.scans, constants.margins
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

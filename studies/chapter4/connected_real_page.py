@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from avsec_gym.report.markdown_table import markdown_table, number
-from studies.chapter4.connected_real import PICTURES, ConnectedReal, RealVerdict
+from studies.chapter4.connected_real import PICTURES, ConnectedReal, RealDecision
 from studies.page_of_result import page_of_result
 
 _COMMAND = "python -m studies.chapter4.connected_real --kitti ROOT --json FILE"
@@ -33,15 +33,16 @@ def real_page(result: ConnectedReal) -> str:
     ]
     columns = ["middle scan", "frame", "ahead of it, m", "residual, cm"]
     columns += ["upright surfaces that agree, %"]
-    verdicts = [_verdict(row) for row in result.verdicts]
+    decisions = [_decision(row) for row in result.decisions]
+    triples = len({scan.middle for scan in result.scans})
     titles = ["middle scan", "state", "by", "points", "regions (decidable)", "score"]
     titles += ["about the attack", "alarms elsewhere", "named"]
     return "\n".join(
         [
             "# Three real triples of scans",
             "",
-            f"**An anecdote, no rate**: {len({scan.middle for scan in result.scans})} triples of one street, drive"
-            f" {result.drive} of KITTI’s raw data. Made by `{_COMMAND}`, shown by its `page`. Three"
+            f"**An anecdote, no rate**: {triples} triples of one street, drive {result.drive} of"
+            f" KITTI’s raw data. Made by `{_COMMAND}`, shown by its `page`. Three"
             " scans half a second apart stand for three vehicles, as in the thesis; there are no"
             " measured poses, so the scans are registered onto the middle one. Into that (vehicle"
             " 1) a ghost is pasted, or an object is removed from it. By rays each is judged twice:"
@@ -53,7 +54,7 @@ def real_page(result: ConnectedReal) -> str:
             "The residual is the median distance of a scan’s points from the middle scan’s"
             " surface.",
             "",
-            *markdown_table(titles, verdicts),
+            *markdown_table(titles, decisions),
             "",
             *[
                 f"![From above, {state}: what vehicles claim, and rays that pass through]({name})"
@@ -64,7 +65,7 @@ def real_page(result: ConnectedReal) -> str:
     )
 
 
-def _verdict(row: RealVerdict) -> list[str]:
+def _decision(row: RealDecision) -> list[str]:
     by = f"{row.method}, still" if row.method == "rays" and row.still else row.method
     return [
         row.id,

@@ -11,7 +11,7 @@ import pytest
 from avsec_gym.experiments.json_rows import row_json, row_of
 from studies.chapter4.connected_real import (
     ConnectedReal,
-    RealVerdict,
+    RealDecision,
     RegisteredScan,
     known_to_stand,
     main,
@@ -23,9 +23,9 @@ _KITTI = Path(__file__).parents[4] / "shared" / "kitti"
 
 
 def _result() -> ConnectedReal:
-    verdict = RealVerdict("a/5", "paste", "rays", True, 120, 30, 20, 1, 4.5, "victim", (1,))
-    clean = replace(verdict, state="clean", points=0, score=None, about="", accused=())
-    return ConnectedReal("a", [RegisteredScan("a/5", 0, -1.2, 0.021, 0.71)], [verdict, clean])
+    decision = RealDecision("a/5", "paste", "rays", True, 120, 30, 20, 1, 4.5, "victim", (1,))
+    clean = replace(decision, state="clean", points=0, score=None, about="", accused=())
+    return ConnectedReal("a", [RegisteredScan("a/5", 0, -1.2, 0.021, 0.71)], [decision, clean])
 
 
 def test_the_page_is_an_anecdote_of_the_result_that_is_read() -> None:
@@ -57,5 +57,5 @@ def test_the_real_triples_are_judged_and_drawn(tmp_path: Path) -> None:
     result = row_of(ConnectedReal, json.loads(kept.read_text()))
     assert len(result.scans) == 6
     assert all(scan.residual < 0.03 for scan in result.scans)
-    assert {row.state for row in result.verdicts} == {"clean", "paste", "removal"}
+    assert {row.state for row in result.decisions} == {"clean", "paste", "removal"}
     assert (images / "connected_real_paste.png").read_bytes().startswith(b"\x89PNG")
