@@ -28,13 +28,17 @@ from studies.answer import answer
 DAY, DRIVE = "2011_09_26", "0052"
 MIDDLE = 1
 """The vehicle whose scan is tampered with."""
-STATES: dict[str, InstantAttack | None] = {
-    "clean": None,
-    "paste": PastedObject(vehicle=MIDDLE),
+CLEAN = "clean"
+ATTACKS: dict[str, InstantAttack] = {
+    "paste": PastedObject(vehicle=MIDDLE, distance=(6.0, 20.0)),
     "removal": RemovedObject(vehicle=MIDDLE),
 }
-METHODS: tuple[Method, ...] = ("rays", "surfaces")
-PICTURES = {state: f"images/connected_real_{state}.png" for state in ("paste", "removal")}
+DRAWS = 3
+"""Attacks of each kind on each triple."""
+WAYS: tuple[tuple[Method, bool], ...] = (("rays", False), ("rays", True), ("surfaces", True))
+"""The methods, and whether it is taken as known that all stands: surfaces know of no motion."""
+DRAWN = WAYS[1]
+PICTURES = {state: f"images/connected_real_{state}.png" for state in ATTACKS}
 """Pictures of the first triple in which rays alarm about what was attacked, else of the first."""
 
 
@@ -63,7 +67,7 @@ class RealDecision:
 
     Args:
         id: Name of the triple.
-        state: One of `STATES`.
+        state: `CLEAN`, or one of `ATTACKS`.
         method: ``rays`` or ``surfaces``.
         still: Whether it is known that all stood still, as the thesis assumes.
         points: Points that were placed or taken away; 0 of a clean one.
@@ -105,13 +109,16 @@ class ConnectedReal:
     decisions: Sequence[RealDecision]
 
 
-def connected_real(drive: Drive, images: Path | None = None, seed: int = 0) -> ConnectedReal:
+def connected_real(
+    drive: Drive, images: Path | None = None, seed: int = 0, draws: int = DRAWS
+) -> ConnectedReal:
     """Judge all triples of a drive.
 
     Args:
         drive: The drive.
         images: The folder of `PICTURES`; None: none are drawn.
         seed: Seed of the attacks.
+        draws: Number of attacks of each kind on each triple.
 
     Raises:
         DataError: There are no such scans, or two cannot be registered.
@@ -122,22 +129,30 @@ def connected_real(drive: Drive, images: Path | None = None, seed: int = 0) -> C
     drawn: dict[str, bool] = {}
     for number, instant in enumerate(drive_instants(drive, poses_by="registration")):
         scans += _registered(instant)
-        for state, attack in STATES.items():
-            attacked = None if attack is None else attack.attack(instant, (seed, number))
-            if attack is not None and attacked is None:
-                continue
-            for method in METHODS:
-                # Surfaces know of no motion: they are compared as if all stood still.
-                for still in (False, True) if method == "rays" else (True,):
-                    decides = known_to_stand(constants) if still else constants
-                    decision, draw = _judged(instant, state, attacked, method, decides, still)
-                    decisions.append(decision)
-                    decided = decision.about in ("victim", "cannot tell")
-                    shown = state in PICTURES and method == "rays" and still
-                    if images is not None and shown and not drawn.get(state, False):
-                        draw(images.parent / PICTURES[state])
-                        drawn[state] = decided
+        for state, attacked in _states(instant, (seed, number), draws):
+            for method, still in WAYS:
+                decides = known_to_stand(constants) if still else constants
+                decision, draw = _judged(instant, state, attacked, method, decides, still)
+                decisions.append(decision)
+                if images is None or state not in PICTURES or (method, still) != DRAWN:
+                    continue
+                alarms = decision.about in ("victim", "cannot tell")
+                if state not in drawn or alarms > drawn[state]:
+                    draw(images / Path(PICTURES[state]).name)
+                    drawn[state] = alarms
     return ConnectedReal(drive.name, scans, decisions)
+
+
+def _states(
+    instant: DriveInstant, seed: tuple[int, int], draws: int
+) -> Iterator[tuple[str, AttackedInstant | None]]:
+    """The clean triple, and whatever it offers to attack."""
+    yield CLEAN, None
+    for state, attack in ATTACKS.items():
+        for draw in range(draws):
+            attacked = attack.attack(instant, (*seed, draw))
+            if attacked is not None:
+                yield state, attacked
 
 
 def known_to_stand(constants: ConnectedConstants) -> ConnectedConstants:

@@ -23,7 +23,7 @@ def real_page(result: ConnectedReal) -> str:
     """
     scans = [
         [
-            scan.middle,
+            _frame(scan.middle),
             str(scan.frame),
             number(scan.ahead, 2),
             number(100 * scan.residual, 1),
@@ -45,9 +45,11 @@ def real_page(result: ConnectedReal) -> str:
             f" KITTI’s raw data. Made by `{_COMMAND}`, shown by its `page`. Three"
             " scans half a second apart stand for three vehicles, as in the thesis; there are no"
             " measured poses, so the scans are registered onto the middle one. Into that (vehicle"
-            " 1) a ghost is pasted, or an object is removed from it. By rays each is judged twice:"
-            " as what may have moved meanwhile, and *still*, as the thesis assumes; surfaces know"
-            " of no motion. What decides is the package’s own fit, of the procedural world.",
+            " 1) a ghost is pasted, or an object is removed from it, three draws of each."
+            " By rays each is judged twice: as what may have moved meanwhile, and *still*, as the"
+            " thesis assumes; surfaces know of no motion. Traffic does move in this street: where"
+            " all is taken to stand, alarms elsewhere are to be expected. What decides is the"
+            " package’s own fit, of the procedural world.",
             "",
             *markdown_table(columns, scans),
             "",
@@ -68,7 +70,7 @@ def real_page(result: ConnectedReal) -> str:
 def _decision(row: RealDecision) -> list[str]:
     by = f"{row.method}, still" if row.method == "rays" and row.still else row.method
     return [
-        row.id,
+        _frame(row.id),
         row.state,
         by,
         str(row.points or "–"),
@@ -78,6 +80,11 @@ def _decision(row: RealDecision) -> list[str]:
         str(row.alarms),
         ", ".join(map(str, row.accused)) or "none",
     ]
+
+
+def _frame(id: str) -> str:
+    """The number of a triple's middle frame."""
+    return str(int(id.rpartition("/")[2]))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

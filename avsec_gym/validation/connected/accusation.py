@@ -92,9 +92,8 @@ def upheld_by_rays(
 ) -> NDArray[np.int64]:
     """The victims that enough independent vehicles accuse by their rays, less those that side.
 
-    A vehicle takes part that claims something and whose rays decide something, be it in another
-    region. One that does not, such as one whose messages are lost, neither accuses nor has another
-    one's accusation count for less.
+    A vehicle takes part that bears witness, be it of another region. One that does not, such as one
+    whose messages are lost, neither accuses nor has another one's accusation count for less.
 
     Args:
         decision: What was decided of R regions.
@@ -114,7 +113,7 @@ def upheld_by_rays(
     through = counts[..., 1]
     contradicts &= (through > 2 * counts[..., 0]) & (through >= ACCUSING_RAYS)
     contradicts &= (layers >= LAYERS)[:, :, None]
-    takes_part = counts.any(axis=(0, 1, 3)) & layers.any(axis=0)
+    takes_part = counts.any(axis=(0, 1, 3))
     for index in np.flatnonzero(named >= 0):
         victim = named[index]
         of_ghost = decision.ghost[index, victim] >= decision.removal[index, victim]

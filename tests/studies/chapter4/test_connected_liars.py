@@ -38,9 +38,9 @@ _CONSTANTS = shipped_constants()
 def contradicted() -> list[VehicleScan]:
     """Three vehicles without an attack, of which the first sees what the others do not."""
     return [
-        scan_of(POSES[0], CARS[0]),
-        scan_of(POSES[1]),
-        scan_of(POSES[2]),
+        scan_of(POSES[0], CARS[0], CARS[1]),
+        scan_of(POSES[1], CARS[1]),
+        scan_of(POSES[2], CARS[1]),
     ]
 
 

@@ -34,9 +34,9 @@ def test_the_page_is_an_anecdote_of_the_result_that_is_read() -> None:
     assert row_json(again) == row_json(result)
     page = real_page(again)
     assert "An anecdote" in page
-    assert "| a/5 | 0 | -1.20 | 2.1 | 71 |" in page
-    assert "| a/5 | paste | rays, still | 120 | 30 (20) | 4.50 | victim | 1 | 1 |" in page
-    assert "| a/5 | clean | rays, still | – | 30 (20) | – | – | 1 | none |" in page
+    assert "| 5 | 0 | -1.20 | 2.1 | 71 |" in page
+    assert "| 5 | paste | rays, still | 120 | 30 (20) | 4.50 | victim | 1 | 1 |" in page
+    assert "| 5 | clean | rays, still | – | 30 (20) | – | – | 1 | none |" in page
 
 
 def test_where_all_stands_nothing_may_have_moved() -> None:

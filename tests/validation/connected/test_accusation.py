@@ -358,15 +358,19 @@ def test_of_four_vehicles_three_accuse_since_one_may_lie() -> None:
 
 
 def test_who_takes_no_part_neither_accuses_nor_hinders() -> None:
+    def named(counts: np.ndarray) -> int:
+        decision = decide(counts, _RATES, _RULE)
+        layers, authors = np.full((1, 4), LAYERS), np.array([NO_LONE_AUTHOR])
+        return int(upheld_by_rays(decision, counts, layers, authors, _RATES, _RULE)[0])
+
+    # Of the last vehicle no counts arrived: those that are left are three.
     counts = np.zeros((1, 4, 4, 3), np.int64)
     counts[0, 0, 1:3, THROUGH] = 30
-    authors = np.array([NO_LONE_AUTHOR])
-
-    def named(layers: list[int]) -> int:
-        decision = decide(counts, _RATES, _RULE)
-        return int(upheld_by_rays(decision, counts, np.array([layers]), authors, _RATES, _RULE)[0])
-
-    # Of the last vehicle nothing arrived: those that are left are three.
-    assert named([LAYERS, LAYERS, LAYERS, 0]) == 0
-    # One that only denies, and claims nothing that could be denied, is no accuser.
-    assert named([LAYERS, LAYERS, 0, 0]) == CANNOT_TELL
+    assert named(counts) == 0
+    # Vehicles 1 and 3 claim what vehicle 0 passes through; 3 bears witness of nothing itself.
+    counts = np.zeros((1, 4, 4, 3), np.int64)
+    counts[0, [1, 3], 0, THROUGH] = 30
+    counts[0, 3, 1, SUPPORT] = 30
+    assert named(counts) == CANNOT_TELL
+    counts[0, 1, 3, SUPPORT] = 30
+    assert named(counts) == 0
