@@ -97,9 +97,9 @@ def exchange_rays(
                 continue
             with traffic.step("witness"):
                 further = [claimed[each] for each in claimed if each not in (about, witness)]
-                further = further if at_intervals else None
+                third = further if at_intervals else None
                 content = message_of_counts(
-                    observer, claims, regions, margins, budget, others, further
+                    observer, claims, regions, margins, budget, others, third
                 )
             read_counts = traffic.send(
                 MessageKind.COUNTS, witness, content, lambda sent: decode_counts(sent, regions)
