@@ -181,7 +181,7 @@ def testimonies_of(
 def decide_by_rays(
     heard: Testimonies, merged: MergedProposals, constants: ConnectedConstants
 ) -> Decision:
-    """What the base station decides, with the accusations that two independent vehicles uphold."""
+    """What the base station decides, with accusations that enough independent vehicles uphold."""
     rates, rule = constants.rates, constants.rule
     decision = decide(heard.counts, rates, rule)
     named = upheld_by_rays(decision, heard.counts, heard.layers, merged.authors, rates, rule)

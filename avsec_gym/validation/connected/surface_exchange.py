@@ -85,7 +85,7 @@ class SurfaceDecision:
 def decide_by_surfaces(
     compared: ComparedSurfaces, merged: MergedProposals, constants: ConnectedConstants
 ) -> SurfaceDecision:
-    """Step 6, with the accusations that two independent vehicles uphold.
+    """Step 6, with accusations that enough independent vehicles uphold.
 
     The thesis names vehicles; whether the one that is named has something too much or too little
     is read off the tops of the surfaces: a ghost stands out of what the others saw.
