@@ -170,6 +170,9 @@ def testimonies_of(
     regions = merged.regions
     counts = np.zeros((len(regions), vehicles, vehicles, 3), np.int64)
     for (about, witness), seen in answers.items():
+        # Whose claims cannot be read is left out of the instant: it bears no witness, either.
+        if witness not in claimed:
+            continue
         kept = admitted_counts(seen, claimed[about])
         counts[kept.region, about, witness] = kept.counts
     # Of the regions in which it stands itself a vehicle sees nothing.
