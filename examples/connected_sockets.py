@@ -13,6 +13,7 @@ from multiprocessing import get_context
 import numpy as np
 import tyro
 
+from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.sweep import TIP
 from avsec_gym.validation.connected.transport.exchange import judge_instant, take_part
@@ -48,8 +49,10 @@ def scan_of(vehicle: int) -> VehicleScan:
 def drive(port: int, faults: Faults, seed: int) -> None:
     """A vehicle's process: it takes part in each instant."""
     line = VehiclePort(port, faults, seed)
+    margins = read_connected_fit(SHIPPED_FIT).margins
     for instant in range(INSTANTS):
-        take_part(line, instant, scan_of(line.number), ClusterProposer(), seconds=30)
+        scan = scan_of(line.number)
+        take_part(line, instant, scan, ClusterProposer(), seconds=30, margins=margins)
     line.receive(30)  # Until the base station leaves.
 
 
@@ -65,8 +68,9 @@ def main(faults: Faults, seconds: float = 3.0) -> None:
             process = get_context("spawn").Process
             process(target=drive, args=(station.number, faults, seed), daemon=True).start()
         station.join(60)
+        constants = read_connected_fit(SHIPPED_FIT).constants()
         for instant in range(INSTANTS):
-            outcome = judge_instant(station, instant, seconds)
+            outcome = judge_instant(station, instant, seconds, constants)
             there = np.hypot(*(outcome.regions.centre[:, :2] - GHOST[:2]).T) < 1.5
             print(f"{instant}: heard {outcome.heard}, named at the ghost {outcome.named[there]}")
         print(f"left out: {dict(station.tally)}")

@@ -10,12 +10,16 @@ There, honest vehicles contradict each other over roofs and edges alone, on whic
 and above which those of the next pass: few cells, in one layer or two. Hence rays accuse only where
 `ACCUSING_RAYS` or more of them pass through, and more than twice as many as support, what is
 claimed in `LAYERS` layers or more, as most of what stands on the ground is. An optimiser found this
-(`LyingVehicle`). What is left are the contradictions of honest vehicles in honest regions: the rate
-of false alarms, which a liar can use.
+(`LyingVehicle`). What is left are the contradictions of honest vehicles in honest regions, at every
+sixth instant or so of five vehicles, which a liar can use: its voice and that of one honest
+vehicle are two. Hence `accusers_needed`: two accusers remain, whichever of them lies, and so it
+takes three, of which the third need not reach the bounds above. Where only two others take part, no
+rule could name a victim and hold a liar off: there two suffice, and a name is as sure as one honest
+vehicle's testimony.
 
 Two that lie alike are two accusers. Hence those that side with the accused outweigh as many
 accusers: the vehicles whose rays confirm what it claims or, if it seems to lack something, pass
-through that, too. So two liars convict an honest vehicle only where no honest one looks, too.
+through that, too.
 """
 
 from __future__ import annotations
@@ -34,7 +38,7 @@ from avsec_gym.validation.connected.rays.witness_counts import ACCUSING_RAYS
 from avsec_gym.validation.connected.regions import Regions
 
 ACCUSERS = 2
-"""Vehicles that accuse a third, more than side with it; one of them may lie."""
+"""Vehicles that accuse a third, more than side with it, beside those that may lie."""
 LAYERS = 3
 """Layers of voxels, one above the other, in which a claim lies by which a vehicle accuses or is
 accused, at least."""
@@ -64,6 +68,20 @@ def lone_authors(
     return np.where(alone, (proposed * senders[:, None]).sum(axis=0), NO_LONE_AUTHOR)
 
 
+def accusers_needed(others: int, liars: int | None) -> int:
+    """How many vehicles accuse a victim, more than side with it, before it is named.
+
+    Args:
+        others: Number of the other vehicles that take part.
+        liars: Number of vehicles that may lie; None: see `DecisionRule`.
+
+    Example:
+        >>> accusers_needed(others=2, liars=None), accusers_needed(others=4, liars=None)
+        (2, 3)
+    """
+    return ACCUSERS + (int(others > ACCUSERS) if liars is None else liars)
+
+
 def upheld_by_rays(
     decision: Decision,
     counts: NDArray[np.int64],
@@ -72,7 +90,10 @@ def upheld_by_rays(
     rates: RayRates,
     rule: DecisionRule,
 ) -> NDArray[np.int64]:
-    """The victims that two independent vehicles more accuse by their rays than side with them.
+    """The victims that enough independent vehicles accuse by their rays, less those that side.
+
+    A vehicle takes part that bears witness, be it of another region. One that does not, such as one
+    whose messages are lost, neither accuses nor has another one's accusation count for less.
 
     Args:
         decision: What was decided of R regions.
@@ -92,6 +113,7 @@ def upheld_by_rays(
     through = counts[..., 1]
     contradicts &= (through > 2 * counts[..., 0]) & (through >= ACCUSING_RAYS)
     contradicts &= (layers >= LAYERS)[:, :, None]
+    takes_part = counts.any(axis=(0, 1, 3))
     for index in np.flatnonzero(named >= 0):
         victim = named[index]
         of_ghost = decision.ghost[index, victim] >= decision.removal[index, victim]
@@ -99,16 +121,26 @@ def upheld_by_rays(
         accuses = contradicts[index, victim] if of_ghost else contradicts[index, :, victim]
         # Witnesses that agree with it, or that deny as it does what its accusers claim.
         sides = confirms[index, victim] if of_ghost else denies[index, accuses].any(axis=0)
-        accusers = _independent(accuses, int(victim), int(authors[index]))
-        if accusers - int(np.delete(sides, victim).sum()) < ACCUSERS:
+        # Two that do so clearly; where one of them may lie, a third that does so at all.
+        party = accuses, denies[index, victim] if of_ghost else denies[index, :, victim]
+        clearly, at_all = (
+            _independent(each & takes_part, int(victim), int(authors[index])) for each in party
+        )
+        siding = int(np.delete(sides, victim).sum())
+        needed = accusers_needed(int(np.delete(takes_part, victim).sum()), rule.liars)
+        if clearly - siding < ACCUSERS or at_all - siding < needed:
             named[index] = CANNOT_TELL
     return named
 
 
 def upheld_by_distances(
-    named: frozenset[int], distances: Floats, threshold: float, author: int
+    named: frozenset[int],
+    distances: Floats,
+    threshold: float,
+    author: int,
+    needed: int = ACCUSERS,
 ) -> frozenset[int]:
-    """The vehicles named in a region whose surface two independent others contradict.
+    """The vehicles named in a region whose surface enough independent others contradict.
 
     Args:
         named: The vehicles that were named, see `attacked_vehicles`.
@@ -116,6 +148,7 @@ def upheld_by_distances(
             was compared.
         threshold: Theta, metres.
         author: Lone author of the region, or `NO_LONE_AUTHOR`.
+        needed: How many they are; see `accusers_needed`.
     """
     contradicts = distances > threshold
     # What is accused together is one party: it gives no witness against its own members.
@@ -123,7 +156,7 @@ def upheld_by_distances(
     return frozenset(
         vehicle
         for vehicle in named
-        if _independent(contradicts[vehicle] & ~party, vehicle, author) >= ACCUSERS
+        if _independent(contradicts[vehicle] & ~party, vehicle, author) >= needed
     )
 
 

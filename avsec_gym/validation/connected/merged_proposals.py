@@ -69,8 +69,7 @@ def merge_proposals(
     arrived: list[RegionMessage] = []
     for number, scan in enumerate(scans):
         with traffic.step("propose"):
-            message = propose_regions(number, scan.compensated(), proposer)
-            message = message if budget is None else budget.proposals_within(message)
+            message = proposals_of(number, scan, proposer, budget)
         read = traffic.send(
             MessageKind.PROPOSALS, number, message.to_bytes(), RegionMessage.from_bytes
         )
@@ -80,12 +79,40 @@ def merge_proposals(
         taken = admitted_proposals(arrived)
         content = complete_set_of_regions(taken).to_bytes()
         traffic.broadcast("regions", content)
-        complete_set = RegionMessage.from_bytes(content)
-        regions = regions_in_world(complete_set.regions, complete_set.pose)
+        roadside = frozenset(number for number, scan in enumerate(scans) if scan.roadside)
+        return merged_of(taken, content, roadside)
+
+
+def proposals_of(
+    number: int, scan: VehicleScan, proposer: RegionProposer, budget: MessageBudget | None
+) -> RegionMessage:
+    """A vehicle's part: the regions of its scan.
+
+    Args:
+        number: Number of the vehicle.
+        scan: The vehicle's scan.
+        proposer: The function that proposes regions all around.
+        budget: What proposals may take of it; None: all are sent.
+    """
+    message = propose_regions(number, scan.compensated(), proposer)
+    return message if budget is None else budget.proposals_within(message)
+
+
+def merged_of(
+    taken: Sequence[RegionMessage], content: bytes, roadside: frozenset[int] = frozenset()
+) -> MergedProposals:
+    """The base station's part: what is to be compared, read as all vehicles read it.
+
+    Args:
+        taken: The proposals that were taken, one message of each vehicle.
+        content: The message of the complete set that went to all.
+        roadside: The numbers of fixed LiDARs beside the road.
+    """
+    complete_set = RegionMessage.from_bytes(content)
     return MergedProposals(
         complete_set,
-        regions,
+        regions_in_world(complete_set.regions, complete_set.pose),
         {each.sender: regions_in_world(each.regions, each.pose) for each in taken},
         {each.sender: each.pose for each in taken},
-        frozenset(number for number, scan in enumerate(scans) if scan.roadside),
+        roadside,
     )

@@ -17,10 +17,11 @@ from avsec_gym.validation.connected.merged_proposals import MergedProposals
 from avsec_gym.validation.connected.rays.claim_message import decode_claims
 from avsec_gym.validation.connected.rays.claims import SEARCHED, Claims, claim, claimed_layers
 from avsec_gym.validation.connected.rays.decision import Decision, decide
-from avsec_gym.validation.connected.rays.observer import observe
+from avsec_gym.validation.connected.rays.observer import Observer, observe
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable
 from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.rays.witness_counts import (
+    WitnessCounts,
     count_rays,
     decode_counts,
     encode_counts,
@@ -77,9 +78,8 @@ def exchange_rays(
         with traffic.step("claim"):
             observers.append(observe(scan))
             velocity = None if motions is None else motions[number](regions)
-            mine = claim(observers[number], regions, velocity)
             spent = traffic.sent[number].total()
-            content = budget.message_of_claims(mine, spent)
+            content = message_of_claims(observers[number], regions, budget, spent, velocity)
 
         def decoded(sent: bytes) -> tuple[Claims, bytes]:
             return decode_claims(sent, regions, at_intervals=at_intervals), sent
@@ -90,34 +90,101 @@ def exchange_rays(
             claimed[number], message = read[0]
             traffic.broadcast("claims", message)
     # Each vehicle counts how its own rays support the claims of every other one.
-    layers = claimed_layers(claimed, regions, len(scans))
-    counts = np.zeros((len(regions), len(scans), len(scans), 3), np.int64)
+    answers = dict[tuple[int, int], WitnessCounts]()
     for witness, observer in enumerate(observers):
-        blind = merged.stands_in(witness)
         for about, claims in claimed.items():
             if about == witness:
                 continue
             with traffic.step("witness"):
                 further = [claimed[each] for each in claimed if each not in (about, witness)]
-                seen = count_rays(
-                    observer, claims, regions, margins, further if at_intervals else None
+                third = further if at_intervals else None
+                content = message_of_counts(
+                    observer, claims, regions, margins, budget, others, third
                 )
-                content = encode_counts(budget.counts_within(seen, others))
             read_counts = traffic.send(
                 MessageKind.COUNTS, witness, content, lambda sent: decode_counts(sent, regions)
             )
             if read_counts:
-                kept = admitted_counts(read_counts[0], claims)
-                counts[kept.region, about, witness] = kept.counts
-        # Of the regions in which it stands itself it sees nothing.
-        counts[blind, :, witness] = 0
-    return Testimonies(counts, layers, claimed)
+                answers[about, witness] = read_counts[0]
+    return testimonies_of(claimed, answers, merged, len(scans))
+
+
+def message_of_claims(
+    observer: Observer,
+    regions: Regions,
+    budget: MessageBudget,
+    spent: int,
+    velocity: Floats | None = None,
+) -> bytes:
+    """A vehicle's part: what its rays end on in the regions.
+
+    Args:
+        observer: The rays of the vehicle.
+        regions: The complete set, world frame, R of them.
+        budget: The budget of the vehicle.
+        spent: Bytes that its proposals took.
+        velocity: How fast what is in each region moves by its own tracking, m/s, shape (R, 2);
+            None: all stands.
+    """
+    return budget.message_of_claims(claim(observer, regions, velocity), spent)
+
+
+def message_of_counts(
+    observer: Observer,
+    claims: Claims,
+    regions: Regions,
+    margins: WitnessMargins,
+    budget: MessageBudget,
+    others: int,
+    further: Sequence[Claims] | None = None,
+) -> bytes:
+    """A vehicle's part: how its own rays support the claims of another one.
+
+    Args:
+        observer: The rays of the vehicle.
+        claims: What the other one claims.
+        regions: The complete set, world frame.
+        margins: What may lie apart.
+        budget: The budget of the vehicle.
+        others: Number of the other vehicles, all of which it answers.
+        further: What third vehicles claim, of scans that are taken at intervals; else None.
+    """
+    seen = count_rays(observer, claims, regions, margins, further)
+    return encode_counts(budget.counts_within(seen, others))
+
+
+def testimonies_of(
+    claimed: Mapping[int, Claims],
+    answers: Mapping[tuple[int, int], WitnessCounts],
+    merged: MergedProposals,
+    vehicles: int,
+) -> Testimonies:
+    """The base station's part: what it takes of all that it has read.
+
+    Args:
+        claimed: The vehicles' claims, by number.
+        answers: What is reported of claims, by the numbers of who claims and who bears witness.
+        merged: The regions.
+        vehicles: Number of vehicles.
+    """
+    regions = merged.regions
+    counts = np.zeros((len(regions), vehicles, vehicles, 3), np.int64)
+    for (about, witness), seen in answers.items():
+        # Whose claims cannot be read is left out of the instant: it bears no witness, either.
+        if witness not in claimed:
+            continue
+        kept = admitted_counts(seen, claimed[about])
+        counts[kept.region, about, witness] = kept.counts
+    # Of the regions in which it stands itself a vehicle sees nothing.
+    for witness in range(vehicles):
+        counts[merged.stands_in(witness), :, witness] = 0
+    return Testimonies(counts, claimed_layers(claimed, regions, vehicles), claimed)
 
 
 def decide_by_rays(
     heard: Testimonies, merged: MergedProposals, constants: ConnectedConstants
 ) -> Decision:
-    """What the base station decides, with the accusations that two independent vehicles uphold."""
+    """What the base station decides, with accusations that enough independent vehicles uphold."""
     rates, rule = constants.rates, constants.rule
     decision = decide(heard.counts, rates, rule)
     named = upheld_by_rays(decision, heard.counts, heard.layers, merged.authors, rates, rule)

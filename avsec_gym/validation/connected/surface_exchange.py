@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.accusation import upheld_by_distances
+from avsec_gym.validation.connected.accusation import accusers_needed, upheld_by_distances
 from avsec_gym.validation.connected.admission import admitted_crops
 from avsec_gym.validation.connected.base_station import (
     SurfaceComparison,
@@ -85,7 +85,7 @@ class SurfaceDecision:
 def decide_by_surfaces(
     compared: ComparedSurfaces, merged: MergedProposals, constants: ConnectedConstants
 ) -> SurfaceDecision:
-    """Step 6, with the accusations that two independent vehicles uphold.
+    """Step 6, with accusations that enough independent vehicles uphold.
 
     The thesis names vehicles; whether the one that is named has something too much or too little
     is read off the tops of the surfaces: a ghost stands out of what the others saw.
@@ -95,11 +95,18 @@ def decide_by_surfaces(
     largest = np.where(np.isnan(distances), -np.inf, distances).max(axis=(1, 2), initial=-np.inf)
     named = np.full(len(distances), NO_ATTACK)
     ghost, removal = np.zeros((2, len(distances), vehicles))
+    # Who has a surface that can be compared in no region takes no part.
+    takes_part = int(np.isfinite(distances).any(axis=(0, 1)).sum())
+    needed = accusers_needed(takes_part - 1, constants.rule.liars)
     for index, decided in enumerate(decide(distances, constants.theta)):
         if not decided.alarm:
             continue
         upheld = upheld_by_distances(
-            decided.attacked, decided.distances, constants.theta, int(authors[index])
+            decided.attacked,
+            decided.distances,
+            constants.theta,
+            int(authors[index]),
+            needed,
         )
         # Of several that are named in one region, a sole one would be no finding.
         named[index] = next(iter(upheld)) if len(upheld) == 1 else CANNOT_TELL

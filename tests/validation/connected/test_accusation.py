@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected import accusation
 from avsec_gym.validation.connected.accusation import (
     ACCUSING_RAYS,
@@ -89,7 +90,9 @@ def _honest_counts(honest: list[Observer], claims: list[Claims], regions: Region
     return counts
 
 
-def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray, np.ndarray]:
+def _lies(
+    honest: list[Observer], region: Regions, rule: DecisionRule
+) -> tuple[Decision, np.ndarray, np.ndarray]:
     """Decisions over all that the liar can say of one region, with counts and layers behind them.
 
     It denies or confirms each honest claim, or is silent; it claims nothing, or those voxels that
@@ -135,13 +138,15 @@ def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray
         cases.append(counts)
         layers.append([*of_honest, high])
     every = np.array(cases)
-    return decide(every, _RATES, _RULE), every, np.array(layers)
+    return decide(every, _RATES, rule), every, np.array(layers)
 
 
-def _convicts(honest: list[Observer], region: Regions, author: int) -> bool:
-    decision, counts, layers = _lies(honest, region)
+def _convicts(
+    honest: list[Observer], region: Regions, author: int, rule: DecisionRule = _RULE
+) -> bool:
+    decision, counts, layers = _lies(honest, region, rule)
     authors = np.full(len(counts), author)
-    named = upheld_by_rays(decision, counts, layers, authors, _RATES, _RULE)
+    named = upheld_by_rays(decision, counts, layers, authors, _RATES, rule)
     return bool(((named >= 0) & (named != _LIAR)).any())
 
 
@@ -180,8 +185,10 @@ def test_a_region_made_for_it_convicts_none(
     monkeypatch.setattr(accusation, "ACCUSING_RAYS", 0)
     monkeypatch.setattr(accusation, "LAYERS", 0)
     assert not _convicts(honest, region, _LIAR)
-    # It does if its author accuses by any ray; in the last one more rays support, too.
-    assert _convicts(honest, region, NO_LONE_AUTHOR) == (numbers != _FOUND[2])
+    # It does if its author accuses by any ray, and all are trusted; in the last one more rays
+    # support, too.
+    trusting = DecisionRule(liars=0)
+    assert _convicts(honest, region, NO_LONE_AUTHOR, trusting) == (numbers != _FOUND[2])
 
 
 def test_the_worst_of_many_regions_convict_no_honest_vehicle(honest: list[Observer]) -> None:
@@ -320,3 +327,50 @@ def test_who_passes_through_what_the_accusers_claim_sides_with_the_accused() -> 
     # Those of vehicle 1 pass through it, too.
     counts[0, 2, 1] = 0, 40, 0
     assert named() == CANNOT_TELL
+
+
+def _accused(accusing: dict[int, int], vehicles: int = 4, liars: int | None = None) -> int:
+    """Who is named where vehicles pass through what vehicle 0 claims, by so many rays each."""
+    counts = np.zeros((2, vehicles, vehicles, 3), np.int64)
+    for witness, rays in accusing.items():
+        counts[0, 0, witness, THROUGH] = rays
+    # In another region all bear witness of each other: all take part.
+    counts[1, :, :, SUPPORT] = 20
+    rule = DecisionRule(liars=liars)
+    decision = decide(counts, _RATES, rule)
+    assert decision.named[0] == 0
+    layers, authors = np.full((2, vehicles), LAYERS), np.full(2, NO_LONE_AUTHOR)
+    return int(upheld_by_rays(decision, counts, layers, authors, _RATES, rule)[0])
+
+
+def test_of_four_vehicles_three_accuse_since_one_may_lie() -> None:
+    assert _accused({1: 30, 2: 30}) == CANNOT_TELL
+    assert _accused({1: 30, 2: 30, 3: 30}) == 0
+    # The third need not be as clear as the first two, but two of them are.
+    assert _accused({1: 30, 2: 30, 3: ACCUSING_RAYS - 1}) == 0
+    assert _accused({1: 30, 2: ACCUSING_RAYS - 1, 3: ACCUSING_RAYS - 1}) == CANNOT_TELL
+    assert _accused({1: 30, 2: 30}, liars=0) == 0
+    # Three vehicles trust each other, or name none.
+    assert _accused({1: 30, 2: 30}, vehicles=3) == 0
+    assert _accused({1: 30, 2: 30}, vehicles=3, liars=1) == CANNOT_TELL
+    with pytest.raises(ConfigurationError, match="liars"):
+        DecisionRule(liars=-1)
+
+
+def test_who_takes_no_part_neither_accuses_nor_hinders() -> None:
+    def named(counts: np.ndarray) -> int:
+        decision = decide(counts, _RATES, _RULE)
+        layers, authors = np.full((1, 4), LAYERS), np.array([NO_LONE_AUTHOR])
+        return int(upheld_by_rays(decision, counts, layers, authors, _RATES, _RULE)[0])
+
+    # Of the last vehicle no counts arrived: those that are left are three.
+    counts = np.zeros((1, 4, 4, 3), np.int64)
+    counts[0, 0, 1:3, THROUGH] = 30
+    assert named(counts) == 0
+    # Vehicles 1 and 3 claim what vehicle 0 passes through; 3 bears witness of nothing itself.
+    counts = np.zeros((1, 4, 4, 3), np.int64)
+    counts[0, [1, 3], 0, THROUGH] = 30
+    counts[0, 3, 1, SUPPORT] = 30
+    assert named(counts) == CANNOT_TELL
+    counts[0, 1, 3, SUPPORT] = 30
+    assert named(counts) == 0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import number
+from avsec_gym.argument_checks import number, whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.rays.fitting import ScoreProbability
@@ -17,7 +17,7 @@ CANNOT_TELL = -1
 """An attack of which the rays do not show whose LiDAR it was, or too few vehicles do."""
 NO_ATTACK = -2
 _ACCUSERS = 2
-"""Independent vehicles that name a third: a single one that lies convicts none."""
+"""Independent vehicles that name a third, before liars are reckoned with (`upheld_by_rays`)."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,12 @@ class DecisionRule:
         see_through: Log odds of a thing that rays see through, such as a fence or a hedge, to an
             attack, where both explain the same.
         calibration: The calibration from a region's score to the probability of an attack.
+        liars: Number of vehicles that may lie: whichever of the accusers they are, two more name a
+            victim.  None: one may, where more than two others could accuse a victim; where there
+            are no more, no rule could name it, and both are trusted.
 
     Raises:
-        ConfigurationError: A probability that is none.
+        ConfigurationError: A probability that is none, or no number of liars.
     """
 
     alarm: float = 0.5
@@ -41,8 +44,11 @@ class DecisionRule:
     accuser: float = 1.0
     see_through: float = -1.0
     calibration: ScoreProbability = field(default_factory=ScoreProbability)
+    liars: int | None = None
 
     def __post_init__(self) -> None:
+        if self.liars is not None:
+            whole_number("liars", self.liars, 0)
         if not (0 < self.alarm < 1 and 0.5 <= self.certain < 1 and self.accuser > 0):
             raise ConfigurationError(
                 "probabilities of a decision lie between 0 and 1, certainty is 0.5 or more, and"

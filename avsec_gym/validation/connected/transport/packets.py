@@ -24,7 +24,7 @@ class PacketStep(IntEnum):
     """What a packet is in the course of an instant."""
 
     WELCOME = 0
-    """The vehicle's number: from the base station, when a vehicle joins."""
+    """The vehicle's number, and how many are expected: from the base station, when it joins."""
     PROPOSALS = 1
     REGIONS = 2
     CLAIMS = 3

@@ -67,10 +67,11 @@ class StationPort:
             except TimeoutError:
                 break
             number = len(self._streams)
+            welcome = self.vehicles.to_bytes(2, "little")
             connection.settimeout(_PATIENCE)
             self._connections[number], self._streams[number] = connection, PacketStream()
             self._early[number] = []
-            self._send(number, Packet(PacketStep.WELCOME, 0, b"", number))
+            self._send(number, Packet(PacketStep.WELCOME, 0, welcome, number))
         return len(self._streams)
 
     def broadcast(self, packet: Packet) -> None:
@@ -82,7 +83,7 @@ class StationPort:
         self,
         step: PacketStep,
         instant: int,
-        decode: Callable[[bytes], Message],
+        decode: Callable[[int, bytes], Message],
         seconds: float,
         subjects: Collection[int] | None = None,
     ) -> dict[tuple[int, int], Message]:
@@ -91,7 +92,8 @@ class StationPort:
         Args:
             step: The step.
             instant: The number of the instant.
-            decode: Function that makes a message of bytes, or refuses them with a DataError.
+            decode: Function that makes a message of the sender's number and bytes, or refuses them
+                with a DataError.
             seconds: How long is waited.
             subjects: The vehicles about each of which every other one sends a message; None: each
                 sends one message, about none.
@@ -119,7 +121,7 @@ class StationPort:
             else:
                 answered.add(place)
                 try:
-                    found[place] = decode(packet.content)
+                    found[place] = decode(number, packet.content)
                 except DataError:
                     self.tally["malformed"] += 1
 

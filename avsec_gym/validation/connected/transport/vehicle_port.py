@@ -67,6 +67,8 @@ class VehiclePort:
         if welcome is None or welcome.step != PacketStep.WELCOME:
             raise DataError("The base station does not answer.", remedy="Start it anew.")
         self.number = welcome.about
+        self.vehicles = int.from_bytes(welcome.content, "little")
+        """How many vehicles the base station expects, this one among them."""
 
     def send(self, packet: Packet) -> None:
         """Send a packet, over a bad line; one that has broken shows when something is awaited."""

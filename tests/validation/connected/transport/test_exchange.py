@@ -5,16 +5,22 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.validation.connected.budget import MessageBudget
+from avsec_gym.validation.connected.constants import ConnectedConstants
+from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.rays.claims import claim
+from avsec_gym.validation.connected.rays.decision import CANNOT_TELL
 from avsec_gym.validation.connected.rays.observer import observe
 from avsec_gym.validation.connected.rays.witness import WitnessMargins
 from avsec_gym.validation.connected.rays.witness_counts import count_rays
+from avsec_gym.validation.connected.sweep import RollingSweep
 from avsec_gym.validation.connected.transport.exchange import (
     InstantOutcome,
     judge_instant,
@@ -23,6 +29,7 @@ from avsec_gym.validation.connected.transport.exchange import (
 from avsec_gym.validation.connected.transport.packets import Packet, PacketStep
 from avsec_gym.validation.connected.transport.station_port import StationPort
 from avsec_gym.validation.connected.transport.vehicle_port import Faults, VehiclePort
+from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from tests.validation.connected.conftest import Box, pose_at, scan_of
 
@@ -58,6 +65,9 @@ def _run(
     odd: Behaviour = _sound,
     faults: Faults = Faults(),
     seconds: float = 5.0,
+    usual: Behaviour = _sound,
+    constants: ConnectedConstants = ConnectedConstants(),
+    budget: MessageBudget = MessageBudget(),
 ) -> tuple[InstantOutcome, Counter[str]]:
     """An instant; the last vehicle that joins behaves oddly."""
     with StationPort(len(scans)) as station:
@@ -69,12 +79,12 @@ def _run(
         joining.join()
         assert [port.number for port in ports] == list(range(len(scans)))
         vehicles = [
-            threading.Thread(target=odd if index == len(scans) - 1 else _sound, args=(port, scan))
+            threading.Thread(target=odd if index == len(scans) - 1 else usual, args=(port, scan))
             for index, (port, scan) in enumerate(zip(ports, scans, strict=True))
         ]
         for vehicle in vehicles:
             vehicle.start()
-        outcome = judge_instant(station, 7, seconds)
+        outcome = judge_instant(station, 7, seconds, constants, budget)
         for port in ports:
             port.close()
         for vehicle in vehicles:
@@ -94,6 +104,10 @@ def test_the_victim_is_named_over_sockets(scans: list[VehicleScan]) -> None:
     assert not tally
     assert _named_at(outcome, _GHOST) == _VICTIM
     assert _named_at(outcome, _CAR) < 0
+
+
+def _length(_: int, content: bytes) -> int:
+    return len(content)
 
 
 def _silence(port: VehiclePort, scan: VehicleScan) -> None:
@@ -136,7 +150,9 @@ def test_what_one_vehicle_does_changes_no_decision_about_the_others(
 ) -> None:
     outcome, _ = _run(scans, odd, faults, seconds=1.2)
     assert outcome.heard[0] >= 3
-    assert _named_at(outcome, _GHOST) == _VICTIM
+    # One that is heard may withhold what it sees, where all three have to accuse.
+    withheld = {CANNOT_TELL} if min(outcome.heard[1:]) == 4 else set()
+    assert _named_at(outcome, _GHOST) in {_VICTIM} | withheld
     assert _named_at(outcome, _CAR) < 0
 
 
@@ -160,16 +176,16 @@ def test_what_comes_too_early_is_kept_and_what_comes_late_is_not() -> None:
             (PacketStep.PROPOSALS, 4),
         ):
             port.send(Packet(step, instant, b"abc"))
-        assert station.gather(PacketStep.PROPOSALS, 4, len, 5.0) == {(0, 0): 3}
-        assert station.gather(PacketStep.CLAIMS, 4, len, 5.0) == {(0, 0): 3}
+        assert station.gather(PacketStep.PROPOSALS, 4, _length, 5.0) == {(0, 0): 3}
+        assert station.gather(PacketStep.CLAIMS, 4, _length, 5.0) == {(0, 0): 3}
         port.send(Packet(PacketStep.CLAIMS, 4, b"late"))
-        assert station.gather(PacketStep.PROPOSALS, 5, len, 5.0) == {(0, 0): 3}
-        assert station.gather(PacketStep.CLAIMS, 5, len, 0.2) == {}
+        assert station.gather(PacketStep.PROPOSALS, 5, _length, 5.0) == {(0, 0): 3}
+        assert station.gather(PacketStep.CLAIMS, 5, _length, 0.2) == {}
         assert station.tally == {"late": 1}
         # A flood of later packets is not kept.
         for _ in range(50):
             port.send(Packet(PacketStep.CLAIMS, 99, b"abc"))
-        station.gather(PacketStep.CLAIMS, 6, len, 0.2)
+        station.gather(PacketStep.CLAIMS, 6, _length, 0.2)
         assert station.tally["too early"] == 42
         port.close()
 
@@ -185,7 +201,7 @@ def test_each_damaged_packet_is_counted_once() -> None:
         for instant in (4, 5):
             port.send_bytes(bytes(damaged) * 2)
             port.send(Packet(PacketStep.PROPOSALS, instant, b"abc"))
-            assert station.gather(PacketStep.PROPOSALS, instant, len, 5.0) == {(0, 0): 3}
+            assert station.gather(PacketStep.PROPOSALS, instant, _length, 5.0) == {(0, 0): 3}
         assert station.tally == {"malformed": 4}
         port.close()
 
@@ -217,3 +233,28 @@ def test_a_vehicle_leaves_when_the_base_station_falls_silent(scans: list[Vehicle
         joining.join()
         assert not take_part(port, 7, scans[0], ClusterProposer(), seconds=0.1)
         port.close()
+
+
+def test_sockets_decide_as_one_process_does(scans: list[VehicleScan]) -> None:
+    constants = read_connected_fit(SHIPPED_FIT).constants()
+    # Of vehicles that drive, each with so much to tell that it does not fit into the budget.
+    driving = [replace(scan, sweep=RollingSweep(8.0, 0.3)) for scan in scans]
+    budget = MessageBudget(512)
+    expected = ConnectedValidator(constants, budget=budget).validate(driving)
+
+    def narrow(port: VehiclePort, scan: VehicleScan) -> object:
+        return take_part(port, 7, scan, ClusterProposer(), margins=constants.margins, budget=budget)
+
+    outcome, tally = _run(driving, narrow, usual=narrow, constants=constants, budget=budget)
+    assert not tally
+    np.testing.assert_array_equal(outcome.regions.centre, expected.regions.centre)
+    np.testing.assert_array_equal(outcome.named, expected.named)
+    assert outcome.traffic.sent == expected.traffic.sent
+    assert max(each.total() for each in outcome.traffic.sent) <= budget.nbytes
+
+
+def test_who_exceeds_the_budget_is_refused(scans: list[VehicleScan]) -> None:
+    outcome, tally = _run(scans, budget=MessageBudget(256), seconds=1.2)
+    assert outcome.heard[2] < 4
+    assert outcome.traffic.refused
+    assert tally["malformed"] == len(outcome.traffic.refused)
