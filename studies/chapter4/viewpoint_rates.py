@@ -37,7 +37,7 @@ class DetectionRow:
 
     Args:
         rate: The designated rate r.
-        theta: Metres.
+        theta: The threshold, metres.
         false_alarms: Judged attack-free pairs beyond theta.
         detected: Attacked regions of which a distance with the victim lies beyond theta.
     """

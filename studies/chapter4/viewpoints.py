@@ -75,7 +75,8 @@ class RegionDistances:
         state: ``clean``, or the attack that the region is about.
         mesher: One of `MESHERS`.
         sides: Metres cropped beside it.
-        distances: Metres, of the pairs that were compared; of an attack, of those with the victim.
+        distances: The distances of the pairs that were compared, metres; of an attack, of those
+            with the victim.
     """
 
     part: Part
