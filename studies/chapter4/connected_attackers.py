@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from avsec_gym.console import progress
-from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, MOST_VEHICLES, USUAL, Part
+from avsec_gym.experiments.chapter4.settings import FITTED, FIVE, JUDGED, USUAL, Part
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.roc_curve import threshold_at
@@ -32,7 +32,7 @@ from avsec_gym.validation.connected.validator import ConnectedValidator
 from studies.answer import answer
 from studies.chapter4.usual_places import SEED, shipped_constants, usual, usual_places
 
-VEHICLES = (USUAL.vehicles, MOST_VEHICLES)
+VEHICLES = (USUAL.vehicles, FIVE.vehicles)
 RATE = 0.03
 """Share of decidable attack-free regions of other places that exceed the threshold."""
 Attacker = Callable[[RecordedInstant, tuple[int, int]], list[AttackedInstant]]

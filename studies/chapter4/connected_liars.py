@@ -18,7 +18,7 @@ import numpy as np
 
 from avsec_gym.agents.extras import cma_module
 from avsec_gym.console import progress
-from avsec_gym.experiments.chapter4.settings import JUDGED, MOST_VEHICLES
+from avsec_gym.experiments.chapter4.settings import FIVE, JUDGED
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
@@ -47,8 +47,8 @@ from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from studies.answer import answer
 from studies.chapter4.usual_places import SEED, shipped_constants, usual, usual_places
 
-VEHICLES = (3, MOST_VEHICLES)
-LIARS = {3: (0,), MOST_VEHICLES: (0, 1)}
+VEHICLES = (3, FIVE.vehicles)
+LIARS = {3: (0,), FIVE.vehicles: (0, 1)}
 """Numbers of liars that the rule reckons with, by number of vehicles: with one, three never name
 anyone."""
 TARGETS = 3

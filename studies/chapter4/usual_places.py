@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from avsec_gym.experiments.chapter4.instant_cells import constants_under
 from avsec_gym.experiments.chapter4.procedural_instants import ScannedPlace
-from avsec_gym.experiments.chapter4.settings import MOST_VEHICLES, USUAL, ConnectedCondition, Part
+from avsec_gym.experiments.chapter4.settings import FIVE, USUAL, ConnectedCondition, Part
 from avsec_gym.progress import Progress, no_progress
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
@@ -24,7 +24,7 @@ def usual(vehicles: int) -> ConnectedCondition:
 def usual_places(
     part: Part, limit: int, seed: int = SEED, on_progress: Progress = no_progress
 ) -> Iterator[ScannedPlace]:
-    """The first places, each with `MOST_VEHICLES` vehicles.
+    """The first places, each with five vehicles.
 
     Args:
         part: `FITTED`, of the training assets, or `JUDGED`, of the others.
@@ -33,7 +33,7 @@ def usual_places(
         on_progress: Function that gets the number of places that are done, and of all.
     """
     for number in range(limit):
-        yield ScannedPlace(seed, part, number, MOST_VEHICLES)
+        yield ScannedPlace(seed, part, number, FIVE.vehicles)
         on_progress(number + 1, limit)
 
 
