@@ -170,8 +170,10 @@ def _attacked(
 ) -> Iterator[AttackedInstant]:
     """The instants of an attack that begins with the first one, as long as it lasts."""
     begun = attack.begin(instants[0], seed)
+    if begun is None:
+        return
     for frame, instant in enumerate(instants):
-        attacked = begun and begun.attack(instant, attack.step * frame)
+        attacked = begun.attack(instant, attack.step * frame)
         if attacked is None:
             return
         yield attacked

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from avsec_gym.experiments.chapter4.procedural_instants import ASSETS, scanned_instant
 from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, USUAL, Part
+from avsec_gym.geometry import Integers
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export import clock_offsets, measured_pose, pose_errors
+from avsec_gym.world.posed_scenes import PosedScene
 
 _FIRST_SET: dict[Part, int] = {FITTED: 7000, JUDGED: 8000}
 """Numbers of the sets of drives, none of which anything else was made from."""
+_REACH = 95.0
+"""Metres from a LiDAR beyond which no actor matters to its scan: echoes come from 80 m at most."""
 
 
 def scanned_drive(seed: int, part: Part, number: int, frames: int) -> Iterator[RecordedInstant]:
@@ -29,13 +35,46 @@ def scanned_drive(seed: int, part: Part, number: int, frames: int) -> Iterator[R
     """
     name, vehicles = _FIRST_SET[part] + seed, USUAL.vehicles
     scenes = drive_scenes(name, number, frames, vehicles, assets=ASSETS[part])
+    near = actors_near(scenes)
     offsets = clock_offsets(name, number, vehicles, USUAL.clocks_apart).tolist()
     errors = [pose_errors(name, number, vehicle, frames) for vehicle in range(vehicles)]
     for frame in range(frames):
         id = f"{number:06d}/{frame:06d}"
-        whole = scanned_instant(scenes[frame], offsets, number, frame, id)
+        posed = with_actors(scenes[frame], near)
+        whole = scanned_instant(posed, offsets, number, frame, id)
         scans = tuple(
             replace(scan, pose=measured_pose(scan.pose, error[frame], USUAL.noise, USUAL.noise))
             for scan, error in zip(whole.scans, errors, strict=True)
         )
         yield replace(whole, scans=scans)
+
+
+def actors_near(scenes: Sequence[PosedScene]) -> Integers:
+    """The indices of the actors that come within reach of a LiDAR, at some instant, shape (N,).
+
+    Most of the time that a scan takes goes into the meshes of actors, of people above all, half of
+    whom are out of its reach.
+
+    Args:
+        scenes: The scenes of a drive, whose actors keep their indices.
+    """
+    near = np.zeros(len(scenes[0].instant.actors), bool)
+    for posed in scenes:
+        places = posed.instant.actors.pose[:, :2]
+        for ego in posed.instant.egos:
+            near |= np.hypot(*(places - places[ego]).T) < _REACH
+    return np.flatnonzero(near)
+
+
+def with_actors(posed: PosedScene, kept: Integers) -> PosedScene:
+    """A scene with some of its actors.
+
+    Args:
+        posed: The scene.
+        kept: Indices of the actors that stay, in order, all sensor vehicles among them.
+    """
+    instant = posed.instant
+    turn_rate = None if instant.turn_rate is None else instant.turn_rate[kept]
+    egos = tuple(int(np.searchsorted(kept, ego)) for ego in instant.egos)
+    fewer = replace(instant, actors=instant.actors.pick(kept), egos=egos, turn_rate=turn_rate)
+    return replace(posed, instant=fewer)

@@ -109,8 +109,8 @@ def alarms_table(summary: DrivesSummary) -> Table:
             for row in summary.rates
         ],
         "Sums add up along the track of a region, a score counting for 5 nats at most and those"
-        f" after the first for less, since successive ones correlate by {summary.correlation:.2f}; or,"
-        " as if independent, for as much."
+        f" after the first for less, since successive ones correlate by {summary.correlation:.2f};"
+        " or, as if independent, for as much."
         " Limits are those that a share r of attack-free windows of other drives exceeds, or that"
         f" {100 * DESIGNATED_DETECTION:g} % of the decidable ghosts and as many removals of other"
         " drives exceed; below 0, all windows alarm. In brackets: 95 % intervals, which know that"
