@@ -75,7 +75,7 @@ def _sentence(row: WindowRates) -> str:
         f"Where {100 * DESIGNATED_DETECTION:g} % of the decidable attacks of other drives exceed"
         f" the limit of the sum, {_words(alarms)} of {alarms.of} attack-free windows alarm, at most"
         f" {number(most, 100, 2)} % with 97.5 % confidence (goal: {100 * GOAL:g} %, {goal}), and"
-        f" {found} are detected where they are."
+        f" {found} are detected by an alarm at their place."
     )
 
 
