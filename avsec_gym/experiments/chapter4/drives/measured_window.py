@@ -31,9 +31,9 @@ class MeasuredWindow:
         lasted: Number of its instants; an attack ends where the victim drives into the ghost, or
             has no more points on what is removed.
         covered: Whether some region is about the attack, at some instant.
-        decidable: Whether in one of these regions the rays of another vehicle, at the victim's
-            claim of a ghost, or the victim's at another's claim of what is removed, are enough to
-            decide, whatever they show.
+        decidable: Number of instants at which, in one of these regions, the rays of another
+            vehicle, at the victim's claim of a ghost, or the victim's at another's claim of what
+            is removed, are enough to decide, whatever they show.
         scores: The score of each track at each instant, NaN without one, shape (K, T).
         about: Whether the track's region is about the attack then, shape (K, T).
     """
@@ -41,7 +41,7 @@ class MeasuredWindow:
     drive: str
     lasted: int
     covered: bool
-    decidable: bool
+    decidable: int
     scores: Floats
     about: NDArray[np.bool_]
 
@@ -64,7 +64,7 @@ def measured_window(
     """
     tracks = region_tracks([result.regions for result in results])
     scores, about = np.full(tracks.shape, np.nan), np.zeros(tracks.shape, bool)
-    covered = is_decidable = False
+    covered, decided = False, 0
     for time, result in enumerate(results):
         there = tracks[:, time] != NO_REGION
         region = tracks[there, time]
@@ -74,9 +74,10 @@ def measured_window(
             within = within_box(result.regions, attacked[time].box)
             about[there, time] = within[region]
             covered |= bool(within.any())
-            is_decidable |= bool((within & _touches_victim(result, attacked[time], rates)).any())
+            touched = within & _touches_victim(result, attacked[time], rates)
+            decided += bool(touched.any())
     kept = np.full(len(tracks), quiet) | (np.nan_to_num(scores) > 0).any(axis=1)
-    return MeasuredWindow(drive, len(results), covered, is_decidable, scores[kept], about[kept])
+    return MeasuredWindow(drive, len(results), covered, decided, scores[kept], about[kept])
 
 
 def within_box(regions: Regions, box: Regions) -> NDArray[np.bool_]:
@@ -113,7 +114,7 @@ def rows_of(window: MeasuredWindow, part: Part, state: State, number: int) -> li
     columns: dict[str, float] = {
         _LASTED: window.lasted,
         _COVERED: float(window.covered),
-        _DECIDABLE: float(window.decidable),
+        _DECIDABLE: window.decidable,
     }
     for track, time in np.argwhere(np.isfinite(window.scores)).tolist():
         columns[f"score {track} {time}"] = float(window.scores[track, time])
@@ -152,5 +153,5 @@ def _window(name: str, columns: dict[str, float]) -> MeasuredWindow:
         else:
             about[track, time] = True
     drive = name.partition("/")[0]
-    covered, is_decidable = columns[_COVERED] > 0, columns[_DECIDABLE] > 0
-    return MeasuredWindow(drive, lasted, covered, is_decidable, scores, about)
+    covered, decided = columns[_COVERED] > 0, int(columns[_DECIDABLE])
+    return MeasuredWindow(drive, lasted, covered, decided, scores, about)

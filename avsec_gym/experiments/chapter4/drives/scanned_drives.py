@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from avsec_gym.experiments.chapter4.procedural_instants import ASSETS, scanned_instant
 from avsec_gym.experiments.chapter4.settings import FITTED, JUDGED, USUAL, Part
-from avsec_gym.geometry import Integers
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export import clock_offsets, measured_pose, pose_errors
@@ -35,12 +34,11 @@ def scanned_drive(seed: int, part: Part, number: int, frames: int) -> Iterator[R
     """
     name, vehicles = _FIRST_SET[part] + seed, USUAL.vehicles
     scenes = drive_scenes(name, number, frames, vehicles, assets=ASSETS[part])
-    near = actors_near(scenes)
     offsets = clock_offsets(name, number, vehicles, USUAL.clocks_apart).tolist()
     errors = [pose_errors(name, number, vehicle, frames) for vehicle in range(vehicles)]
     for frame in range(frames):
         id = f"{number:06d}/{frame:06d}"
-        posed = with_actors(scenes[frame], near)
+        posed = within_reach(scenes[frame])
         whole = scanned_instant(posed, offsets, number, frame, id)
         scans = tuple(
             replace(scan, pose=measured_pose(scan.pose, error[frame], USUAL.noise, USUAL.noise))
@@ -49,31 +47,19 @@ def scanned_drive(seed: int, part: Part, number: int, frames: int) -> Iterator[R
         yield replace(whole, scans=scans)
 
 
-def actors_near(scenes: Sequence[PosedScene]) -> Integers:
-    """The indices of the actors that come within reach of a LiDAR, at some instant, shape (N,).
+def within_reach(posed: PosedScene) -> PosedScene:
+    """A scene without the actors that no LiDAR reaches.
 
-    Most of the time that a scan takes goes into the meshes of actors, of people above all, half of
+    Much of the time that a scan takes goes into the meshes of actors, of people above all, half of
     whom are out of its reach.
 
     Args:
-        scenes: The scenes of a drive, whose actors keep their indices.
-    """
-    near = np.zeros(len(scenes[0].instant.actors), bool)
-    for posed in scenes:
-        places = posed.instant.actors.pose[:, :2]
-        for ego in posed.instant.egos:
-            near |= np.hypot(*(places - places[ego]).T) < _REACH
-    return np.flatnonzero(near)
-
-
-def with_actors(posed: PosedScene, kept: Integers) -> PosedScene:
-    """A scene with some of its actors.
-
-    Args:
-        posed: The scene.
-        kept: Indices of the actors that stay, in order, all sensor vehicles among them.
+        posed: The scene; its sensor vehicles stay.
     """
     instant = posed.instant
+    places = instant.actors.pose[:, :2]
+    away = np.hypot(*(places[:, None] - places[list(instant.egos)]).T)
+    kept = np.flatnonzero((away < _REACH).any(axis=0))
     turn_rate = None if instant.turn_rate is None else instant.turn_rate[kept]
     egos = tuple(int(np.searchsorted(kept, ego)) for ego in instant.egos)
     fewer = replace(instant, actors=instant.actors.pick(kept), egos=egos, turn_rate=turn_rate)

@@ -24,6 +24,9 @@ from avsec_gym.validation.connected.result import AttackKind
 
 DESIGNATED_DETECTION = 0.95
 """Share of the fitted decidable attacks of each kind that exceed the limit of the last row."""
+ONCE, HALF = 1, WINDOW // 2
+"""Instants at which an attack is decidable: some one, or half of a window, without which there is
+nothing to add up."""
 ALL_ALARM = -1.0
 """A limit that every window exceeds, since no evidence is below 0."""
 SUMS, PLAIN, SINGLE = "sums over frames", "as if independent", "single frames"
@@ -40,14 +43,18 @@ class KindRates:
     Args:
         detected: All of them: alarms of tracks that are then about the attack.
         covered: Those that some region is about, at some instant.
-        decidable: Those of which another vehicle's rays can decide, see `MeasuredWindow`.
+        decidable: Those of which rays can decide at some instant, see `MeasuredWindow`.
         of_decidable: The detected ones of the decidable ones.
+        decidable_half: Those of which rays can decide at half of the instants.
+        of_decidable_half: The detected ones of these.
     """
 
     detected: Share
     covered: Share
     decidable: Share
     of_decidable: Share
+    decidable_half: Share
+    of_decidable_half: Share
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,8 @@ class WindowRates:
         of: `SUMS`, `PLAIN` or `SINGLE`.
         rate: The designated share of attack-free windows that exceed the limit; None: the limit is
             that which `DESIGNATED_DETECTION` of the decidable attacks exceed, of each kind.
+        instants: So many instants these are decidable at, at least, `ONCE` or `HALF`; None where
+            there is a rate.
         limit: What a window's evidence must exceed, nats; or `ALL_ALARM`.
         false_alarms: The judged attack-free windows that alarm; a drive is a cluster.
         windows_at_most: The upper bound of that share with 97.5 % confidence.
@@ -68,6 +77,7 @@ class WindowRates:
 
     of: str
     rate: float | None
+    instants: int | None
     limit: float
     false_alarms: Share
     windows_at_most: float
@@ -124,7 +134,7 @@ def drives_summary(run: Results) -> DrivesSummary | None:
     sums = SequentialTest(correlation=correlation).sums
     return DrivesSummary(
         len(fitted.clean),
-        {kind: sum(each.decidable for each in fitted.attacked[kind]) for kind in ATTACKS},
+        {kind: sum(each.decidable >= ONCE for each in fitted.attacked[kind]) for kind in ATTACKS},
         len(judged.clean),
         len({each.drive for each in judged.clean}),
         {kind: len(judged_attacks[kind]) for kind in ATTACKS},
@@ -153,14 +163,15 @@ def _rates_of(
 ) -> list[WindowRates]:
     """A row for each designated rate, and one for the designated detection."""
     clean = np.array([highest(window, evidence) for window in fitted.clean])
-    rows = [_row(of, rate, threshold_at(clean, rate), evidence, judged) for rate in RATES]
-    decidable = [
-        [highest(each, evidence, about=True) for each in windows if each.decidable]
-        for windows in fitted.attacked.values()
-    ]
-    if all(decidable):
-        limit = min(_exceeded_by_most(np.array(each)) for each in decidable)
-        rows.append(_row(of, None, limit, evidence, judged))
+    rows = [_row(of, rate, None, threshold_at(clean, rate), evidence, judged) for rate in RATES]
+    for instants in (ONCE, HALF):
+        decidable = [
+            [highest(each, evidence, about=True) for each in windows if each.decidable >= instants]
+            for windows in fitted.attacked.values()
+        ]
+        if all(decidable):
+            limit = min(_exceeded_by_most(np.array(each)) for each in decidable)
+            rows.append(_row(of, None, instants, limit, evidence, judged))
     return rows
 
 
@@ -191,7 +202,12 @@ def _exceeded_by_most(evidence: Floats) -> float:
 
 
 def _row(
-    of: str, rate: float | None, limit: float, evidence: _Evidence, judged: _Windows
+    of: str,
+    rate: float | None,
+    instants: int | None,
+    limit: float,
+    evidence: _Evidence,
+    judged: _Windows,
 ) -> WindowRates:
     alarms = np.array([highest(window, evidence) > limit for window in judged.clean])
     drives = [window.drive for window in judged.clean]
@@ -201,6 +217,7 @@ def _row(
     return WindowRates(
         of,
         rate,
+        instants,
         limit,
         false_alarms,
         false_alarms.interval[1],
@@ -211,7 +228,8 @@ def _row(
 
 def _kind(windows: Sequence[MeasuredWindow], evidence: _Evidence, limit: float) -> KindRates:
     detected = np.array([highest(each, evidence, about=True) > limit for each in windows], bool)
-    decidable = np.array([each.decidable for each in windows], bool)
+    decidable = np.array([each.decidable >= ONCE for each in windows], bool)
+    half = np.array([each.decidable >= HALF for each in windows], bool)
     covered = np.array([each.covered for each in windows], bool)
     drives = np.array([each.drive for each in windows])
 
@@ -224,4 +242,6 @@ def _kind(windows: Sequence[MeasuredWindow], evidence: _Evidence, limit: float) 
         share(covered, every),
         share(decidable, every),
         share(detected, decidable),
+        share(half, every),
+        share(detected, half),
     )
