@@ -227,7 +227,11 @@ def _row(
 
 
 def _kind(windows: Sequence[MeasuredWindow], evidence: _Evidence, limit: float) -> KindRates:
-    detected = np.array([highest(each, evidence, about=True) > limit for each in windows], bool)
+    # Where all windows alarm, what no region is about is still not detected.
+    detected = np.array(
+        [each.covered and highest(each, evidence, about=True) > limit for each in windows],
+        bool,
+    )
     decidable = np.array([each.decidable >= ONCE for each in windows], bool)
     half = np.array([each.decidable >= HALF for each in windows], bool)
     covered = np.array([each.covered for each in windows], bool)
