@@ -1,51 +1,48 @@
-"""The work of the experiment on drives: the scores of each instant, attack-free and attacked."""
+"""The work of the experiment on drives: windows, attack-free and under attacks that last."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
-import numpy as np
-
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter4.compared_instant import ComparedInstant, compared_instant
-from avsec_gym.experiments.chapter4.drives.settings import (
-    DRIVE_METHODS,
-    DRIVE_STATES,
-    GHOST,
-    OPTIONS,
-    WINDOW,
-    drive_setting,
-)
+from avsec_gym.experiments.chapter4.drives.measured_window import measured_window, rows_of
+from avsec_gym.experiments.chapter4.drives.scanned_drives import scanned_drive
+from avsec_gym.experiments.chapter4.drives.settings import OPTIONS, STATES, WINDOW
 from avsec_gym.experiments.chapter4.instant_cells import constants_under
-from avsec_gym.experiments.chapter4.procedural_instants import ASSETS, scanned_instant
 from avsec_gym.experiments.chapter4.settings import CLEAN, FITTED, JUDGED, USUAL, Part, State
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.frame import Points
 from avsec_gym.runs.experiment import Cell, CellResult, Configuration, Measurement
+from avsec_gym.validation.connected.attacks.attacked_instant import (
+    AttackedInstant,
+    LastingAttack,
+)
+from avsec_gym.validation.connected.attacks.lasting_removal import LastingRemoval
 from avsec_gym.validation.connected.attacks.moving_ghost import MovingGhost
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
-from avsec_gym.validation.connected.learned.learned_fit import SHIPPED_MODEL, read_learned_fit
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.recordings import RecordedInstant
-from avsec_gym.world.drives import drive_scenes
-from avsec_gym.world.export import clock_offsets, measured_pose, pose_errors
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.result import ConnectedResult
+from avsec_gym.validation.connected.validator import ConnectedValidator
 
-USUAL_DRIVES = 200
+USUAL_DRIVES = 3000
 _WORK = f"{__name__}:ConnectedDrives"
-_FORMAT = 1
+_FORMAT = 2
 """Raised when what is measured changes, so that cells are done again."""
-_FIRST_SET: dict[Part, int] = {FITTED: 7000, JUDGED: 8000}
-"""Numbers of the sets of drives, none of which anything else was made from."""
 _MOST_WINDOWS = 100
+_MOST_DRIVES = 100_000
+_ATTACKS: dict[State, LastingAttack] = {"ghost": MovingGhost(), "removal": LastingRemoval()}
 
 
 def drive_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every drive; drives to fit on and to judge take turns.
+    """A cell for every drive; drives to fit on and to judge take turns as long as there are both.
 
     Raises:
-        ConfigurationError: Data other than procedural ones, or no such number of windows.
+        ConfigurationError: Data other than procedural ones, or no such numbers.
     """
     if configuration.scenarios != PROCEDURAL:
         raise ConfigurationError(
@@ -55,112 +52,148 @@ def drive_cells(configuration: Configuration) -> list[Cell]:
         )
     if not 0 <= configuration.seed < 1000:
         raise ConfigurationError(f"a seed of drives is from 0 to 999, got {configuration.seed}")
-    windows = {**OPTIONS, **configuration.options}["windows"]
-    if type(windows) is not int or not 1 <= windows <= _MOST_WINDOWS:
-        raise ConfigurationError(f"windows are 1 to {_MOST_WINDOWS}, got {windows!r}")
-    return [
-        Cell.of(
-            _WORK,
-            f"{part} {number}",
-            part=part,
-            number=number,
-            windows=windows,
-            format=_FORMAT,
-        )
-        for number in range(configuration.limit or USUAL_DRIVES)
-        for part in DRIVE_STATES
-    ]
+    windows = _whole(configuration, "windows", _MOST_WINDOWS)
+    attacked = _whole(configuration, "attacked", _MOST_DRIVES)
+    cells = []
+    for number in range(configuration.limit or USUAL_DRIVES):
+        is_attacked = number < attacked
+        if is_attacked:
+            cells.append(_cell(FITTED, number, 1, True))
+        cells.append(_cell(JUDGED, number, windows, is_attacked))
+    return cells
+
+
+def _cell(part: Part, number: int, windows: int, attacked: bool) -> Cell:
+    return Cell.of(
+        _WORK,
+        f"{part} {number}",
+        part=part,
+        number=number,
+        windows=windows,
+        attacked=attacked,
+        format=_FORMAT,
+    )
+
+
+def _whole(configuration: Configuration, option: str, most: int) -> int:
+    value = {**OPTIONS, **configuration.options}[option]
+    if type(value) is not int or not 1 <= value <= most:
+        raise ConfigurationError(f"{option} are 1 to {most}, got {value!r}")
+    return value
 
 
 def drive_inputs(configuration: Configuration) -> dict[str, Path]:
-    """The fit that constants come from, and the model of the learned comparison."""
+    """The fit that constants come from."""
     given = {**OPTIONS, **configuration.options}
-    return {
-        "constants": Path(given["constants"] or SHIPPED_FIT),
-        "model": Path(given["model"] or SHIPPED_MODEL),
-    }
+    return {"constants": Path(given["constants"] or SHIPPED_FIT)}
 
 
 class ConnectedDrives:
-    """Measures the instants of drives.
+    """Measures the windows of drives by evidence of rays.
 
     Args:
         configuration: The configuration of the run.
 
     Raises:
-        DataError: The file of constants, or of the model, is missing or damaged.
+        DataError: The file of constants is missing or damaged.
     """
 
     def __init__(self, configuration: Configuration) -> None:
-        files = drive_inputs(configuration)
-        self._fit = read_connected_fit(files["constants"])
+        self._fit = read_connected_fit(drive_inputs(configuration)["constants"])
         self._constants = constants_under(self._fit, USUAL)
-        self._learned = read_learned_fit(files["model"]).rule()
-        self._seed, self._proposer = configuration.seed, ClusterProposer()
+        self._proposer = _Remembered()
+        self._validator = ConnectedValidator(self._constants, proposer=self._proposer)
+        self._seed = configuration.seed
 
-    def __call__(self, part: Part, number: int, windows: int, format: int) -> CellResult:
-        """The scores of all instants of a drive.
+    def __call__(
+        self, part: Part, number: int, windows: int, attacked: bool, format: int
+    ) -> CellResult:
+        """The windows of a drive.
 
         Args:
             part: `FITTED` or `JUDGED`.
             number: Number of the drive.
             windows: Number of its windows.
+            attacked: Whether the first window is attacked, too, once by each attack.
             format: Format of what is measured; cells of another one are done again.
         """
         rows: list[Measurement] = []
-        seconds = {f"judge {state}": 0.0 for state in DRIVE_STATES[part]}
-        # Each window has a ghost of its own, which begins with it.
-        begun = None
-        for frame, instant in enumerate(self._instants(part, number, windows * WINDOW)):
-            self._fit.check(instant.scans)
-            rows += self._rows(part, CLEAN, number, frame, self._compared(instant, seconds, CLEAN))
-            if GHOST not in DRIVE_STATES[part]:
-                continue
-            if frame % WINDOW == 0:
-                begun = MovingGhost().begin(instant, (self._seed, number, frame))
-            attacked = begun and begun.attack(instant, 0.1 * (frame % WINDOW))
-            if attacked:
-                compared = self._compared(attacked.instant, seconds, GHOST)
-                rows += self._rows(part, GHOST, number, frame, compared)
-                about = attacked.regions(compared.regions) & compared.decidable
-                rows.append(_row(part, GHOST, number, f"decidable {frame}", float(about.any())))
+        seconds = {"scan": 0.0, "judge": 0.0}
+        begin = time.perf_counter()
+        drive = scanned_drive(self._seed, part, number, windows * WINDOW)
+        for window in range(windows):
+            instants = list(islice(drive, WINDOW))
+            scanned = time.perf_counter()
+            for state in STATES if attacked and window == 0 else (CLEAN,):
+                rows += self._rows(part, state, number, window, instants)
+            judged = time.perf_counter()
+            seconds["scan"] += scanned - begin
+            seconds["judge"] += judged - scanned
+            begin = judged
         return CellResult(measurements=rows, seconds=seconds)
 
-    def _compared(
-        self, instant: RecordedInstant, seconds: dict[str, float], state: State
-    ) -> ComparedInstant:
-        begin = time.perf_counter()
-        compared = compared_instant(instant.scans, self._constants, self._proposer, self._learned)
-        seconds[f"judge {state}"] += time.perf_counter() - begin
-        return compared
-
-    def _instants(self, part: Part, number: int, frames: int) -> Iterator[RecordedInstant]:
-        """The instants as the vehicles measure them, 0.1 s apart."""
-        name, vehicles = _FIRST_SET[part] + self._seed, USUAL.vehicles
-        scenes = drive_scenes(name, number, frames, vehicles, assets=ASSETS[part])
-        offsets = clock_offsets(name, number, vehicles, USUAL.clocks_apart).tolist()
-        errors = [pose_errors(name, number, vehicle, frames) for vehicle in range(vehicles)]
-        for frame in range(frames):
-            id = f"{number:06d}/{frame:06d}"
-            whole = scanned_instant(scenes[frame], offsets, number, frame, id)
-            scans = tuple(
-                replace(scan, pose=measured_pose(scan.pose, error[frame], USUAL.noise, USUAL.noise))
-                for scan, error in zip(whole.scans, errors, strict=True)
-            )
-            yield replace(whole, scans=scans)
-
     def _rows(
-        self, part: Part, state: State, number: int, frame: int, compared: ComparedInstant
+        self,
+        part: Part,
+        state: State,
+        number: int,
+        window: int,
+        instants: Sequence[RecordedInstant],
     ) -> list[Measurement]:
-        """The highest score of the decidable regions, by method; NaN without any."""
-        rows = []
-        for method in DRIVE_METHODS:
-            scores = compared.results[method].score[compared.decidable]
-            highest = float(scores.max(initial=-np.inf))
-            value = highest if np.isfinite(highest) else np.nan
-            rows.append(_row(part, state, number, f"{method} {frame}", value))
-        return rows
+        """The rows of a window in a state; none where there is nothing to attack."""
+        attacks: list[AttackedInstant] = []
+        given = list(instants)
+        if state != CLEAN:
+            seed = (self._seed, number, STATES.index(state))
+            attacks = list(_attacked(_ATTACKS[state], instants, seed))
+            given = [attack.instant for attack in attacks]
+        if not given:
+            return []
+        results = [self._judged(instant) for instant in given]
+        # The correlation of frames is fitted on all tracks, quiet ones too.
+        measured = measured_window(
+            f"{number:06d}",
+            results,
+            attacks,
+            self._constants.rates,
+            quiet=(part, state) == (FITTED, CLEAN),
+        )
+        return rows_of(measured, part, state, window)
+
+    def _judged(self, instant: RecordedInstant) -> ConnectedResult:
+        self._fit.check(instant.scans)
+        return self._validator.validate(instant.scans, id=instant.id)
 
 
-def _row(part: Part, state: State, number: int, name: str, value: float) -> Measurement:
-    return Measurement(drive_setting(part, state), f"{number:06d}", name, value)
+def _attacked(
+    attack: LastingAttack, instants: Sequence[RecordedInstant], seed: tuple[int, ...]
+) -> Iterator[AttackedInstant]:
+    """The instants of an attack that begins with the first one, as long as it lasts."""
+    begun = attack.begin(instants[0], seed)
+    if begun is None:
+        return
+    for frame, instant in enumerate(instants):
+        attacked = begun.attack(instant, attack.step * frame)
+        if attacked is None:
+            return
+        yield attacked
+
+
+class _Remembered:
+    """Proposals of scans that were seen before: an attack leaves those of other vehicles alone."""
+
+    def __init__(self) -> None:
+        self._proposer, self._known = ClusterProposer(), list[tuple[Points, Regions]]()
+
+    def __call__(self, points: Points) -> Regions:
+        """The regions of a scan."""
+        for known, regions in self._known:
+            if known is points:
+                return regions
+        regions = self._proposer(points)
+        self._known = [*self._known[-_SCANS + 1 :], (points, regions)]
+        return regions
+
+
+_SCANS = len(STATES) * WINDOW * USUAL.vehicles
+"""Scans of a window in all states."""

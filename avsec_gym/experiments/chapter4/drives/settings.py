@@ -1,19 +1,20 @@
-"""Windows, methods and options of the experiment on drives of connected vehicles."""
+"""Windows, states and options of the experiment on drives of connected vehicles."""
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter4.settings import CLEAN, FITTED, JUDGED, Part, State
-from avsec_gym.validation.connected.validator import Method
+from avsec_gym.experiments.chapter4.settings import CLEAN, Part, State
 
 WINDOW = 10
 """Successive instants of a window, a second of them."""
-DRIVE_METHODS: tuple[Method, ...] = ("rays", "learned")
-"""Those whose scores are log odds, which add up."""
-GHOST: State = "ghost"
-DRIVE_STATES: dict[Part, tuple[State, ...]] = {FITTED: (CLEAN,), JUDGED: (CLEAN, GHOST)}
-OPTIONS = {"constants": "", "model": "", "windows": 1}
-"""``constants``, ``model``: as in `avsec_gym.experiments.chapter4.settings`. ``windows``: windows
-of each drive; more of them are cheaper than more drives, but are alike."""
+STATES: tuple[State, ...] = (CLEAN, "ghost", "removal")
+TOLERANCE = 1.0
+"""Metres by which an attacked object's box is grown: an alarm is about the attack where the centre
+of its region lies in it."""
+OPTIONS = {"constants": "", "windows": 1, "attacked": 300}
+"""``constants``: a file that `avsec connected --fit` wrote; the package's own if empty.
+``windows``: windows of each judged drive; they are no cheaper than as many drives, and alike.
+``attacked``: the first so many drives to judge have a ghost and a removal in their first windows,
+and as many drives to fit on are made, of one window each."""
 
 
 def drive_setting(part: Part, state: State) -> str:

@@ -2,80 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter4.drives.settings import (
-    DRIVE_METHODS,
-    GHOST,
-    WINDOW,
-    drive_setting,
+from avsec_gym.experiments.chapter4.drives.measured_window import (
+    MeasuredWindow,
+    measured_windows,
 )
-from avsec_gym.experiments.chapter4.settings import CLEAN, FITTED, JUDGED, RATES, Part, State
+from avsec_gym.experiments.chapter4.drives.settings import WINDOW
+from avsec_gym.experiments.chapter4.settings import ATTACKS, CLEAN, FITTED, JUDGED, RATES
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.roc_curve import threshold_at
+from avsec_gym.metrics.tolerance import rate_bound
 from avsec_gym.runs.results import Results
-from avsec_gym.validation.connected.rays.sequential import (
-    SequentialTest,
-    bound_on_false_alarms,
-    fit_limit,
-    share_of_alarms,
-)
-from avsec_gym.validation.connected.validator import Method
+from avsec_gym.validation.connected.rays.sequential import SequentialTest, fitted_correlation
+from avsec_gym.validation.connected.result import AttackKind
 
 DESIGNATED_DETECTION = 0.95
-"""Share of the decidable attacked windows that are detected where false alarms are stated at it."""
+"""Share of the fitted decidable attacks of each kind that exceed the limit of the last row."""
+ONCE, HALF = 1, WINDOW // 2
+"""Instants at which an attack is decidable: some one, or half of a window, without which there is
+nothing to add up."""
+ALL_ALARM = -1.0
+"""A limit that every window exceeds, since no evidence is below 0."""
+SUMS, PLAIN, SINGLE = "sums over frames", "as if independent", "single frames"
+"""What a limit is set to: the cumulative sum along a track, with further frames for as much as
+their correlation leaves of them, or whole; or the score of one instant alone."""
+_Evidence = Callable[[Floats], Floats]
+"""The scores of a track, shape (T,), to what speaks for an attack by each instant, shape (T,)."""
 
 
-@dataclass(frozen=True, eq=False)
-class DriveWindows:
-    """The windows of the drives of one part in one state.
+@dataclass(frozen=True)
+class KindRates:
+    """What becomes of the attacks of a kind that last for whole windows.
 
     Args:
-        scores: The highest score of each instant, by method: W windows, shape (`WINDOW`,) each, NaN
-            where nothing was compared.
-        drives: The drive of each window, W names.
-        decidable: Whether the ghost was decidable at one instant at least, W of them.
+        detected: All of them: alarms of tracks that are then about the attack.
+        covered: Those that some region is about, at some instant.
+        decidable: Those of which rays can decide at some instant, see `MeasuredWindow`.
+        of_decidable: The detected ones of the decidable ones.
+        decidable_half: Those of which rays can decide at half of the instants.
+        of_decidable_half: The detected ones of these.
     """
 
-    scores: Mapping[Method, Sequence[Floats]]
-    drives: Sequence[str]
-    decidable: Sequence[bool]
-
-    def __len__(self) -> int:
-        return len(self.drives)
+    detected: Share
+    covered: Share
+    decidable: Share
+    of_decidable: Share
+    decidable_half: Share
+    of_decidable_half: Share
 
 
 @dataclass(frozen=True)
 class WindowRates:
-    """What a test over windows is worth.
+    """What a test over windows is worth, at a limit of the fitted drives.
 
     Args:
-        method: The method.
-        rate: The designated share of windows that alarm falsely; None: the limit is that at which
-            `DESIGNATED_DETECTION` of the judged decidable attacks are detected.
-        limit: The limit of the sum, nats.
+        of: `SUMS`, `PLAIN` or `SINGLE`.
+        rate: The designated share of attack-free windows that exceed the limit; None: the limit is
+            that which `DESIGNATED_DETECTION` of the decidable attacks exceed, of each kind.
+        instants: So many instants these are decidable at, at least, `ONCE` or `HALF`; None where
+            there is a rate.
+        limit: What a window's evidence must exceed, nats; or `ALL_ALARM`.
         false_alarms: The judged attack-free windows that alarm; a drive is a cluster.
-        drives: The most attack-free drives that alarm, with 95 % confidence, see
-            `bound_on_false_alarms`.
-        detected: The attacked windows that alarm.
-        of_decidable: The share of those in which the ghost is decidable at some instant.
-        by_highest: The share that a single instant would detect: its highest score above a
-            threshold that as many attack-free windows of the fitted drives exceed.  Without a case
-            where the rate is None.
+        windows_at_most: The upper bound of that share with 97.5 % confidence.
+        drives_at_most: The most attack-free drives that alarm, with 95 % confidence, where a drive
+            counts once.
+        attacks: What becomes of the judged attacks, by kind.
     """
 
-    method: Method
+    of: str
     rate: float | None
+    instants: int | None
     limit: float
     false_alarms: Share
-    drives: float
-    detected: Share
-    of_decidable: Share
-    by_highest: Share
+    windows_at_most: float
+    drives_at_most: float
+    attacks: Mapping[AttackKind, KindRates]
 
 
 @dataclass(frozen=True)
@@ -84,15 +91,30 @@ class DrivesSummary:
 
     Args:
         fitted: Number of fitted attack-free windows.
+        fitted_attacks: Number of fitted attacks, by kind, that lasted and are decidable.
         judged: Number of judged attack-free windows.
-        attacked: Number of attacked windows.
-        rates: What the test is worth, by method and rate.
+        drives: Number of judged drives.
+        begun: Number of judged attacks, by kind, those that ended within the window among them.
+        correlation: Correlation of the scores of successive instants of a track, of the fitted
+            attack-free windows.
+        rates: What the test is worth, by statistic and rate.
     """
 
     fitted: int
+    fitted_attacks: Mapping[AttackKind, int]
     judged: int
-    attacked: int
+    drives: int
+    begun: Mapping[AttackKind, int]
+    correlation: float
     rates: Sequence[WindowRates]
+
+
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """The windows of a part: attack-free ones, and attacks that lasted."""
+
+    clean: Sequence[MeasuredWindow]
+    attacked: Mapping[AttackKind, Sequence[MeasuredWindow]]
 
 
 def drives_summary(run: Results) -> DrivesSummary | None:
@@ -101,87 +123,129 @@ def drives_summary(run: Results) -> DrivesSummary | None:
     Args:
         run: The results of a run.
     """
-    fitted, clean = drive_windows(run, FITTED, CLEAN), drive_windows(run, JUDGED, CLEAN)
-    attacked = drive_windows(run, JUDGED, GHOST)
-    if not len(fitted) or not len(clean):
+    fitted_attacks = {kind: measured_windows(run, FITTED, kind) for kind in ATTACKS}
+    judged_attacks = {kind: measured_windows(run, JUDGED, kind) for kind in ATTACKS}
+    fitted = _Windows(measured_windows(run, FITTED, CLEAN), _lasting(fitted_attacks))
+    judged = _Windows(measured_windows(run, JUDGED, CLEAN), _lasting(judged_attacks))
+    if not fitted.clean or not judged.clean:
         return None
-    rates = [row for method in DRIVE_METHODS for row in _rates_of(method, fitted, clean, attacked)]
-    return DrivesSummary(len(fitted), len(clean), len(attacked), rates)
-
-
-def drive_windows(run: Results, part: Part, state: State) -> DriveWindows:
-    """The whole windows that a run holds, drive by drive.
-
-    Args:
-        run: The results of a run.
-        part: `FITTED` or `JUDGED`.
-        state: The state.
-    """
-    found: dict[str, dict[str, float]] = {}
-    for row in run.measurements(setting=drive_setting(part, state)):
-        found.setdefault(row.scenario, {})[row.name] = row.value
-    scores: dict[Method, list[Floats]] = {method: [] for method in DRIVE_METHODS}
-    drives, decidable = [], []
-    for drive, values in sorted(found.items()):
-        frames = {int(name.rpartition(" ")[2]) for name in values}
-        for start in range(0, max(frames) + 1, WINDOW):
-            window = range(start, start + WINDOW)
-            # A ghost that the victim drives into ends: what is left is no window.
-            if not frames.issuperset(window):
-                continue
-            for method in DRIVE_METHODS:
-                scores[method].append(np.array([values[f"{method} {frame}"] for frame in window]))
-            drives.append(drive)
-            decidable.append(any(values.get(f"decidable {frame}", 0.0) > 0 for frame in window))
-    return DriveWindows(scores, drives, decidable)
-
-
-def _rates_of(
-    method: Method, fitted: DriveWindows, clean: DriveWindows, attacked: DriveWindows
-) -> list[WindowRates]:
-    rows = []
-    for rate in RATES:
-        test = fit_limit(fitted.scores[method], rate)
-        single = threshold_at(_highest(fitted.scores[method]), rate)
-        by_highest = share_of(_highest(attacked.scores[method]) > single, attacked.drives)
-        rows.append(_row(method, rate, test, clean, attacked, by_highest))
-    decidable = [
-        scores
-        for scores, some in zip(attacked.scores[method], attacked.decidable, strict=True)
-        if some
-    ]
-    if decidable:
-        sums = np.sort([SequentialTest().sums(scores).max() for scores in decidable])
-        missed = int((1 - DESIGNATED_DETECTION) * len(sums))
-        # A limit of 0 is none: then what never rises above it cannot be detected at any rate.
-        test = SequentialTest(max(float(sums[missed]), 1e-6))
-        rows.append(_row(method, None, test, clean, attacked, share_of([], [])))
-    return rows
-
-
-def _row(
-    method: Method,
-    rate: float | None,
-    test: SequentialTest,
-    clean: DriveWindows,
-    attacked: DriveWindows,
-    by_highest: Share,
-) -> WindowRates:
-    scores, drives = attacked.scores[method], attacked.drives
-    some = np.flatnonzero(attacked.decidable).tolist()
-    return WindowRates(
-        method,
-        rate,
-        test.limit,
-        share_of_alarms(test, clean.scores[method], clean.drives),
-        bound_on_false_alarms(test, clean.scores[method], clean.drives),
-        share_of_alarms(test, scores, drives),
-        share_of_alarms(test, [scores[i] for i in some], [drives[i] for i in some]),
-        by_highest,
+    tracks = [track for window in fitted.clean for track in window.scores]
+    correlation = fitted_correlation(tracks)
+    sums = SequentialTest(correlation=correlation).sums
+    return DrivesSummary(
+        len(fitted.clean),
+        {kind: sum(each.decidable >= ONCE for each in fitted.attacked[kind]) for kind in ATTACKS},
+        len(judged.clean),
+        len({each.drive for each in judged.clean}),
+        {kind: len(judged_attacks[kind]) for kind in ATTACKS},
+        correlation,
+        [
+            *_rates_of(SUMS, sums, fitted, judged),
+            *_rates_of(PLAIN, SequentialTest().sums, fitted, judged),
+            *_rates_of(SINGLE, _single, fitted, judged),
+        ],
     )
 
 
-def _highest(windows: Sequence[Floats]) -> Floats:
-    """The highest score of each window; -inf where nothing was compared."""
-    known = [np.where(np.isnan(scores), -np.inf, scores) for scores in windows]
-    return np.array([scores.max() for scores in known], float)
+def _lasting(
+    windows: Mapping[AttackKind, Sequence[MeasuredWindow]],
+) -> dict[AttackKind, list[MeasuredWindow]]:
+    """Those of a whole window."""
+    return {kind: [each for each in windows[kind] if each.lasted == WINDOW] for kind in windows}
+
+
+def _single(scores: Floats) -> Floats:
+    return np.nan_to_num(scores, nan=-np.inf)
+
+
+def _rates_of(
+    of: str, evidence: _Evidence, fitted: _Windows, judged: _Windows
+) -> list[WindowRates]:
+    """A row for each designated rate, and one for the designated detection."""
+    clean = np.array([highest(window, evidence) for window in fitted.clean])
+    rows = [_row(of, rate, None, threshold_at(clean, rate), evidence, judged) for rate in RATES]
+    for instants in (ONCE, HALF):
+        decidable = [
+            [highest(each, evidence, about=True) for each in windows if each.decidable >= instants]
+            for windows in fitted.attacked.values()
+        ]
+        if all(decidable):
+            limit = min(_exceeded_by_most(np.array(each)) for each in decidable)
+            rows.append(_row(of, None, instants, limit, evidence, judged))
+    return rows
+
+
+def highest(window: MeasuredWindow, evidence: _Evidence, about: bool = False) -> float:
+    """The most that speaks for an attack at some instant; 0 where nothing does.
+
+    Args:
+        window: The window.
+        evidence: What adds up along a track.
+        about: Whether that counts alone of which the region is then about the attack.
+    """
+    found = [
+        float(by_then[there].max(initial=0.0))
+        for scores, within in zip(window.scores, window.about, strict=True)
+        for by_then, there in [(evidence(scores), within if about else np.ones_like(within))]
+    ]
+    return max(found, default=0.0)
+
+
+def _exceeded_by_most(evidence: Floats) -> float:
+    """The largest limit that a share of `DESIGNATED_DETECTION` of the attacks exceeds.
+
+    Where more than the rest of them have no evidence, `ALL_ALARM` is the only one.
+    """
+    missed = int((1 - DESIGNATED_DETECTION) * len(evidence) + 1e-9)
+    least = float(np.sort(evidence)[missed])
+    return float(np.nextafter(least, -np.inf)) if least > 0 else ALL_ALARM
+
+
+def _row(
+    of: str,
+    rate: float | None,
+    instants: int | None,
+    limit: float,
+    evidence: _Evidence,
+    judged: _Windows,
+) -> WindowRates:
+    alarms = np.array([highest(window, evidence) > limit for window in judged.clean])
+    drives = [window.drive for window in judged.clean]
+    false_alarms = share_of(alarms, drives)
+    loud = {drive for drive, alarm in zip(drives, alarms, strict=True) if alarm}
+    assert false_alarms.interval is not None
+    return WindowRates(
+        of,
+        rate,
+        instants,
+        limit,
+        false_alarms,
+        false_alarms.interval[1],
+        rate_bound(len(set(drives)), len(loud)),
+        {kind: _kind(windows, evidence, limit) for kind, windows in judged.attacked.items()},
+    )
+
+
+def _kind(windows: Sequence[MeasuredWindow], evidence: _Evidence, limit: float) -> KindRates:
+    # Where all windows alarm, what no region is about is still not detected.
+    detected = np.array(
+        [each.covered and highest(each, evidence, about=True) > limit for each in windows],
+        bool,
+    )
+    decidable = np.array([each.decidable >= ONCE for each in windows], bool)
+    half = np.array([each.decidable >= HALF for each in windows], bool)
+    covered = np.array([each.covered for each in windows], bool)
+    drives = np.array([each.drive for each in windows])
+
+    def share(hits: NDArray[np.bool_], of: NDArray[np.bool_]) -> Share:
+        return share_of(hits[of], drives[of].tolist())
+
+    every = np.ones(len(windows), bool)
+    return KindRates(
+        share(detected, every),
+        share(covered, every),
+        share(decidable, every),
+        share(detected, decidable),
+        share(half, every),
+        share(detected, half),
+    )

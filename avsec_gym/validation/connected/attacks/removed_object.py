@@ -15,7 +15,11 @@ from avsec_gym.validation.connected.attacks.pasted_object import (
     check_vehicle,
     drawn_vehicle,
 )
-from avsec_gym.validation.connected.attacks.seen_objects import box_in_world, seen_objects
+from avsec_gym.validation.connected.attacks.seen_objects import (
+    SeenObject,
+    box_in_world,
+    seen_objects,
+)
 from avsec_gym.validation.connected.recordings import RecordedInstant
 
 _NEAREST, _FARTHEST = 2.0, 200.0
@@ -57,6 +61,16 @@ class RemovedObject:
 
     def attack(self, instant: RecordedInstant, seed: Seed = 0) -> AttackedInstant | None:
         """See `InstantAttack.attack`."""
+        begun = self.drawn(instant, seed)
+        return None if begun is None else self.remove(instant, begun)
+
+    def drawn(self, instant: RecordedInstant, seed: Seed = 0) -> DrawnRemoval | None:
+        """What is removed, from whose scan; None where this instant offers nothing.
+
+        Args:
+            instant: What all vehicles scanned.
+            seed: The seed of all that is drawn.
+        """
         random = np.random.default_rng(seed)
         victim = drawn_vehicle(instant, self.vehicle, random)
         rays = self.rays or (("lost", "pushed")[int(random.integers(2))])
@@ -67,12 +81,22 @@ class RemovedObject:
         ]
         if not found:
             return None
-        chosen, scan = found[int(random.integers(len(found)))], instant.scans[victim]
+        return DrawnRemoval(victim, rays, found[int(random.integers(len(found)))])
+
+    def remove(self, instant: RecordedInstant, drawn: DrawnRemoval) -> AttackedInstant:
+        """An instant without the object.
+
+        Args:
+            instant: What all vehicles scanned.
+            drawn: The object, as the victim saw it at this instant.
+        """
+        victim, chosen = drawn.victim, drawn.seen
+        scan = instant.scans[victim]
         tampered = remove_object(
             scan.compensated().points,
             chosen.pose,
             chosen.dimensions,
-            rays,
+            drawn.rays,
             margin=_MARGIN + _SMEARED * chosen.speed,
         )
         pushed = tampered.points[tampered.bogus]
@@ -87,3 +111,18 @@ class RemovedObject:
             int(tampered.lost.sum()),
             chosen.category,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnRemoval:
+    """What is removed from one scan.
+
+    Args:
+        victim: Number of the victim.
+        rays: Whether the object's rays are ``lost``, or ``pushed`` to the ground behind.
+        seen: The object as the victim saw it.
+    """
+
+    victim: int
+    rays: RemovedRays
+    seen: SeenObject

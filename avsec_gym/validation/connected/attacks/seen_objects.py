@@ -26,6 +26,7 @@ class SeenObject:
         points: Number of points in its box.
         speed: Speed, m/s; 0 where it is not known.
         category: KITTI's name of what it is; empty without labels.
+        actor: Its number, the same over a drive; None without labels.
     """
 
     pose: Floats
@@ -33,6 +34,7 @@ class SeenObject:
     points: int
     speed: float = 0.0
     category: str = ""
+    actor: int | None = None
 
     @property
     def distance(self) -> float:
@@ -55,14 +57,14 @@ def seen_objects(instant: RecordedInstant, vehicle: int, fewest: int = 1) -> lis
     places = scan.points[:, :3].astype(np.float64)
     objects = _labelled(instant, vehicle) if instant.truth else _proposed(instant, vehicle)
     found = []
-    for pose, dimensions, speed, category in objects:
+    for pose, dimensions, speed, category, actor in objects:
         points = points_in_box(places, pose, dimensions)
         if points >= fewest:
-            found.append(SeenObject(pose, dimensions, points, speed, category))
+            found.append(SeenObject(pose, dimensions, points, speed, category, actor))
     return sorted(found, key=lambda each: each.distance)
 
 
-_Box = tuple[Floats, tuple[float, float, float], float, str]
+_Box = tuple[Floats, tuple[float, float, float], float, str, int | None]
 
 
 def _labelled(instant: RecordedInstant, vehicle: int) -> list[_Box]:
@@ -79,14 +81,14 @@ def _labelled(instant: RecordedInstant, vehicle: int) -> list[_Box]:
         faced = scan.time + float(scan.sweep.facing_time(*place[:2]))
         x, y, heading = each.pose_after(faced)
         pose = to_velodyne @ upright_pose(x, y, each.location[2], heading)
-        boxes.append((pose, each.dimensions, each.speed, each.category))
+        boxes.append((pose, each.dimensions, each.speed, each.category, each.actor))
     return boxes
 
 
 def _proposed(instant: RecordedInstant, vehicle: int) -> list[_Box]:
     regions = ClusterProposer()(instant.scans[vehicle].compensated().points)
     return [
-        (upright_pose(x, y, z, heading), (size[2], size[1], size[0]), 0.0, "")
+        (upright_pose(x, y, z, heading), (size[2], size[1], size[0]), 0.0, "", None)
         for (x, y, z), size, heading in zip(
             regions.centre.tolist(), regions.size.tolist(), regions.heading.tolist(), strict=True
         )

@@ -1,7 +1,8 @@
 """A test over frames: evidence that stays too small for one frame adds up over several.
 
-`avsec connected --sequence` adds up the highest scores of successive instants by it, and the
-experiment ``chapter4_drives`` measures what that is worth.
+`avsec connected --sequence` adds up the highest scores of successive instants by it.  The
+experiment ``chapter4_drives`` adds up those of each region's track, and measures what that is
+worth.
 """
 
 from __future__ import annotations
@@ -27,14 +28,21 @@ class SequentialTest:
     The scores of a region's track, or the highest of a vehicle, go in; without one (a frame in
     which nothing was decidable: NaN, or minus infinity as of `Decision.score`) the sum stays.
 
+    What errs at one frame errs at the next, as poses do: with a correlation ``r`` of successive
+    scores, n frames inform as much as ``1 + (n - 1) (1 - r) / (1 + r)`` independent ones (the
+    Fisher information of the mean of an autoregressive process).  So the frame with which a sum
+    begins counts whole, and each one after it as ``(1 - r) / (1 + r)``.
+
     Args:
         limit: Sum from which the test alarms.
         allowance: What a frame's score must exceed for the sum to rise; no larger than `clip`.
         clip: Largest size of a frame's score: one frame alone cannot decide, if it is smaller than
             the limit.
+        correlation: Correlation of the scores of successive frames, see `fitted_correlation`.
 
     Raises:
-        ConfigurationError: A limit or clip that is not positive, or an allowance beyond `clip`.
+        ConfigurationError: A limit or clip that is not positive, an allowance beyond `clip`, or a
+            correlation that is not from 0 to below 1.
 
     Example:
         >>> SequentialTest(limit=4.0, clip=3.0).alarm([1.5, 1.5, -np.inf, 1.5])
@@ -44,8 +52,13 @@ class SequentialTest:
     limit: float = 5.0
     allowance: float = 0.0
     clip: float = 5.0
+    correlation: float = 0.0
 
     def __post_init__(self) -> None:
+        if not 0 <= self.correlation < 1:
+            raise ConfigurationError(
+                f"a correlation of frames is from 0 to below 1, got {self.correlation!r}"
+            )
         if not (self.limit > 0 and self.clip > 0 and abs(self.allowance) <= self.clip):
             raise ConfigurationError(
                 "a sequential test has a positive limit and clip, and an allowance between -clip "
@@ -61,10 +74,12 @@ class SequentialTest:
         given = np.asarray(scores, np.float64)
         none = np.isnan(given) | np.isneginf(given)
         steps = np.where(none, self.allowance, np.clip(given, -self.clip, self.clip))
+        further = (1.0 - self.correlation) / (1.0 + self.correlation)
         result = np.zeros(len(steps))
         total = 0.0
         for frame, step in enumerate(steps):
-            total = max(0.0, total + float(step) - self.allowance)
+            weight = further if total > 0 else 1.0
+            total = max(0.0, total + weight * (float(step) - self.allowance))
             result[frame] = total
         return result
 
@@ -78,6 +93,38 @@ def windows(scores: Sequence[float] | Floats, frames: int) -> list[Floats]:
     """The windows of so many successive frames that do not overlap; a rest is left out."""
     whole = np.asarray(scores, np.float64)
     return [whole[i : i + frames] for i in range(0, len(whole) - frames + 1, frames)]
+
+
+def fitted_correlation(attack_free: Sequence[Floats], clip: float = 5.0) -> float:
+    """The correlation of the scores of successive frames, for `SequentialTest`.
+
+    Args:
+        attack_free: Scores of each frame of tracks without an attack, NaN or minus infinity without
+            one.
+        clip: Largest size of a frame's score, as of `SequentialTest`.
+
+    Returns:
+        From 0 to below 1; 0 where no two successive frames have scores, or all are the same.
+
+    Example:
+        >>> fitted_correlation([np.array([1.0, 1.0, -1.0, -1.0]), np.array([1.0, -np.inf, 1.0])])
+        0.0
+    """
+    pairs = [np.zeros((0, 2))]
+    for scores in attack_free:
+        known = np.where(np.isneginf(scores), np.nan, np.clip(scores, -clip, clip))
+        pairs.append(np.stack([known[:-1], known[1:]], axis=1))
+    every = np.concatenate(pairs)
+    every = every[np.isfinite(every).all(axis=1)]
+    if not len(every):
+        return 0.0
+    away = every - every.mean()
+    spread = float((away**2).mean())
+    found = float((away[:, 0] * away[:, 1]).mean()) / spread if spread > 0 else 0.0
+    return min(max(found, 0.0), _MOST_ALIKE)
+
+
+_MOST_ALIKE = 0.99
 
 
 def share_of_alarms(test: SequentialTest, scores: Sequence[Floats], drives: Sequence[str]) -> Share:

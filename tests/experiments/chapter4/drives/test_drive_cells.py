@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from avsec_gym.experiments.chapter4.drives.measured_window import measured_windows, within_box
 from avsec_gym.experiments.chapter4.drives.section import findings
-from avsec_gym.experiments.chapter4.drives.settings import GHOST, WINDOW
-from avsec_gym.experiments.chapter4.drives.window_rates import drive_windows
-from avsec_gym.experiments.chapter4.settings import CLEAN, FITTED, JUDGED
+from avsec_gym.experiments.chapter4.drives.settings import TOLERANCE, WINDOW
+from avsec_gym.experiments.chapter4.settings import ATTACKS, CLEAN, FITTED, JUDGED
 from avsec_gym.runs.catalogue import experiment
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import ReportRequest
+from avsec_gym.validation.connected.regions import Regions
 
 
 @pytest.mark.slow
@@ -25,10 +27,20 @@ def test_a_drive_is_measured_and_shown(tmp_path: Path) -> None:
     run = RunFolder.open(tmp_path / "run")
     assert run.missing() == 0
     for part in (FITTED, JUDGED):
-        windows = drive_windows(run, part, CLEAN)
-        assert len(windows) == 1
-        assert windows.scores["rays"][0].shape == (WINDOW,)
-    ghosts = drive_windows(run, JUDGED, GHOST)
-    assert len(ghosts) <= 1
+        [clean] = measured_windows(run, part, CLEAN)
+        assert clean.lasted == WINDOW
+        assert not clean.about.any()
+        assert clean.scores.shape[1] == WINDOW
+        attacked = [window for kind in ATTACKS for window in measured_windows(run, part, kind)]
+        assert any(window.about.any() for window in attacked if window.decidable)
     shown = findings(run, ReportRequest())
     assert shown.sections[0].tables[0].rows
+
+
+def test_what_is_about_an_attack_lies_in_its_grown_box() -> None:
+    box = Regions(np.array([[10.0, 5.0, 0]]), np.array([[4.0, 2.0, 1.5]]), np.array([np.pi / 2]))
+    beside = np.array([1.0, 1.0]) + TOLERANCE
+    places = [(0.0, 1.99), (0.0, 0.0), (beside[0] + 0.01, 0.0), (0.0, beside[1] + 1.01)]
+    centre = np.array([(10.0 + x, 5.0 + y, 0.0) for x, y in places])
+    regions = Regions(centre, np.ones((4, 3)), np.zeros(4))
+    assert within_box(regions, box).tolist() == [True, True, False, False]

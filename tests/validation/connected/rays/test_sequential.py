@@ -13,6 +13,7 @@ from avsec_gym.validation.connected.rays.sequential import (
 from avsec_gym.validation.connected.rays.sequential import (
     bound_on_false_alarms,
     fit_limit,
+    fitted_correlation,
     lasting_test,
     share_of_alarms,
     windows,
@@ -37,6 +38,33 @@ def test_an_alarm_comes_with_the_first_frame_at_the_limit() -> None:
 
 def test_one_frame_alone_cannot_alarm_below_the_clip() -> None:
     assert PageTest(limit=5.0, clip=4.0).alarm([100.0]) is None
+
+
+def test_frames_that_are_alike_count_for_less() -> None:
+    """What n frames inform of is the inverse of the variance of the best estimate of their mean."""
+    frames, alike = 10, 0.6
+    lag = np.abs(np.subtract.outer(np.arange(frames), np.arange(frames)))
+    information = np.linalg.inv(alike**lag).sum()
+    sums = PageTest(correlation=alike).sums(np.ones(frames))
+    assert sums[-1] == pytest.approx(information)
+    assert sums[0] == 1.0
+
+
+def test_the_correlation_of_frames_is_found() -> None:
+    rng, scores = np.random.default_rng(6), np.empty((400, 30))
+    scores[:, 0] = rng.normal(0, 1, 400)
+    for frame in range(1, 30):
+        scores[:, frame] = 0.7 * scores[:, frame - 1] + rng.normal(0, 0.51**0.5, 400)
+    gaps = np.where(rng.random(scores.shape) < 0.3, -np.inf, scores)
+    assert fitted_correlation(list(gaps)) == pytest.approx(0.7, abs=0.03)
+    assert fitted_correlation(list(rng.normal(0, 1, (200, 30)))) == pytest.approx(0, abs=0.05)
+    assert fitted_correlation([np.ones(5)]) == fitted_correlation([]) == 0.0
+
+
+@pytest.mark.parametrize("correlation", [-0.1, 1.0, np.nan])
+def test_a_correlation_that_cannot_be_is_refused(correlation: float) -> None:
+    with pytest.raises(ConfigurationError, match="correlation"):
+        PageTest(correlation=correlation)
 
 
 def test_windows_do_not_overlap() -> None:
