@@ -36,6 +36,7 @@ INDEPENDENT = {
     "avsec_gym/experiments/chapter4/joined/rates.py": "a place is seen at one instant",
     "studies/chapter3/real_frames.py": "draws of the attacks on one frame, of which a row states",
     "studies/chapter3/shipped_fits/judge.py": "each frame is a drive of its own; else as above",
+    "studies/chapter4/shares.py": "an example in a docstring",
     "studies/reproduce/page.py": "results that hold a share and its number of independent cases",
 }
 """Who counts cases without clusters (`Share.of_counts`), and why these have none."""

@@ -107,8 +107,9 @@ def fitted_correlation(attack_free: Sequence[Floats], clip: float = 5.0) -> floa
         From 0 to below 1; 0 where no two successive frames have scores, or all are the same.
 
     Example:
-        >>> fitted_correlation([np.array([1.0, 1.0, -1.0, -1.0]), np.array([1.0, -np.inf, 1.0])])
-        0.0
+        >>> tracks = [np.array([1.0, 1.0, -1.0, -1.0]), np.array([1.0, -np.inf, 1.0])]
+        >>> round(fitted_correlation(tracks), 3)
+        0.333
     """
     pairs = [np.zeros((0, 2))]
     for scores in attack_free:
