@@ -32,7 +32,11 @@ def test_a_drive_is_measured_and_shown(tmp_path: Path) -> None:
         assert not clean.about.any()
         assert clean.scores.shape[1] == WINDOW
         attacked = [window for kind in ATTACKS for window in measured_windows(run, part, kind)]
-        assert any(window.about.any() for window in attacked if window.decidable)
+        assert attacked
+        # What can be decided is decided of a region about the attack.
+        assert all(window.about.any() for window in attacked if window.decidable)
+        assert all(window.covered for window in attacked if window.decidable)
+        assert all(window.decidable <= window.lasted <= WINDOW for window in attacked)
     shown = findings(run, ReportRequest())
     assert shown.sections[0].tables[0].rows
 
