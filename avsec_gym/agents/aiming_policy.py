@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import gymnasium as gym
@@ -12,7 +11,7 @@ import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from torch import nn
 
-from avsec_gym.envs.closed_loop_observation import EACH, OWN, RANGE
+from avsec_gym.agents.aimed_games import GAMES, AimedGame
 from avsec_gym.errors import ConfigurationError
 
 _SHARPNESS = 4.0
@@ -21,75 +20,6 @@ _MOSTLY_OFF = -0.5
 """The first mean of a switch."""
 _FOUND = 4
 """Numbers that are found out about each object, the first its score."""
-
-
-@dataclass(frozen=True)
-class AimedGame:
-    """Where a game's observation has its objects, and its action a place.
-
-    Args:
-        observation: Numbers of an observation.
-        action: Numbers of an action.
-        first: Index of the first object's first number, which is above 0 where there is one.
-        count: Number of objects.
-        size: Numbers of each.
-        seen: Which of an object's numbers state its place.
-        aimed: Which of an action's numbers state a place, as many.
-        line: Slope and offset of each of `aimed` as a function of that of `seen`.
-        switches: Which of an action's numbers, above 0, spend what there is little of.
-        clock: Index of the share of an episode that is left.
-        steps: Steps of an episode.
-        period: Steps after which the car does the same again.
-    """
-
-    observation: int
-    action: int
-    first: int
-    count: int
-    size: int
-    seen: tuple[int, ...]
-    aimed: tuple[int, ...]
-    line: tuple[tuple[float, float], ...]
-    switches: tuple[int, ...]
-    clock: int
-    steps: int
-    period: int
-
-
-GAMES = {
-    # What is hidden is named by its place, 5 to 45 m ahead and -8 to 8 m to the left.  The car
-    # plans in every fifth of 80 steps; what it believes in between is forgotten.
-    "closed_loop_attack": AimedGame(
-        observation=177,
-        action=7,
-        first=OWN,
-        count=16,
-        size=EACH,
-        seen=(1, 2),
-        aimed=(5, 6),
-        line=((RANGE / 20.0, -1.25), (20.0 / 8.0, 0.0)),
-        switches=(0, 4),
-        clock=9,
-        steps=80,
-        period=5,
-    ),
-    # A spot of light is at a column and a row of the image, and so is each object.
-    "facula_attack": AimedGame(
-        observation=128,
-        action=4,
-        first=9,
-        count=8,
-        size=12,
-        seen=(8, 9),
-        aimed=(1, 2),
-        line=((1.0, 0.0), (1.0, 0.0)),
-        switches=(),
-        clock=118,
-        steps=1,
-        period=1,
-    ),
-}
-"""The games that it plays, each with its default attack."""
 
 
 class AimedAction(nn.Module):
@@ -120,7 +50,7 @@ class AimedAction(nn.Module):
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Mean actions of observations (B, M), shape (B, A)."""
         game, end = self.game, self.game.first + self.game.count * self.game.size
-        rows = observations[:, game.first : end].reshape(-1, game.count, game.size)
+        rows: torch.Tensor = game.objects(observations)
         others = torch.cat(
             [observations[:, : game.first], observations[:, end:], self._step(observations)], dim=1
         )
@@ -181,11 +111,10 @@ class AimingPolicy(ActorCriticPolicy):
     def _build(self, lr_schedule: Callable[[float], float]) -> None:
         super()._build(lr_schedule)
         game = self.game
-        found = (*self.observation_space.shape, *self.action_space.shape)  # type: ignore[misc]
-        if found != (game.observation, game.action):
+        if not game.fits(self.observation_space, self.action_space):
             raise ConfigurationError(
                 f"this game has {game.observation} numbers observed and {game.action} of an action,"
-                f" the environment {found}: its attack is another than the default"
+                " the environment others: its attack is another than the default"
             )
         self.action_net = AimedAction(game)
         place, others = self._deviations

@@ -7,20 +7,17 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.envs.closed_loop_observation import EACH, OWN, RANGE
+from avsec_gym.agents.aimed_games import AHEAD, GAMES, LEFT, WIDTH, scaled
+from avsec_gym.envs.closed_loop_observation import RANGE
 from avsec_gym.geometry import Floats
 
 Rule = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """Observations (B, M) to actions (B, 7) of the default attack, a ghost and a hidden object."""
 
-AHEAD, LEFT = (5.0, 45.0), (-8.0, 8.0)
-"""Where the default attack reaches, metres."""
 OFF = np.array([-1, 0, 0, 0, -1, 0, 0], np.float32)
 """No ghost, nothing hidden."""
 DISTANCES = (8.0, 12.0, 16.0, 25.0, 50.0)
 """Metres ahead within which an object is hidden, of which one is chosen."""
-_OBJECTS, _WIDE = 16, 20.0
-"""Objects that are observed, and metres that their 1 to the left stands for."""
 _LANES = (2, 5)
 """Where an observation has the car's place in its own lane, and in that of its goal."""
 _LOOKED_AHEAD = 15.0
@@ -29,18 +26,13 @@ _BESIDE = 1.75
 """Metres from a lane's middle within which an object is in the way."""
 _NEAREST = 2.0
 """Metres ahead from which on it can be."""
-_CLOCK, _STEPS, _PERIOD = 9, 80, 5
-"""Where an observation has the share of time that is left, of how many steps, and how many of them
-pass between two plans of the car."""
+_GAME = GAMES["closed_loop_attack"]
 
 
 def place(ahead: float, left: float) -> tuple[float, float]:
     """A place, metres, as two numbers of an action."""
-    found = tuple(
-        2.0 * (value - low) / (high - low) - 1.0
-        for value, (low, high) in ((ahead, AHEAD), (left, LEFT))
-    )
-    return found[0], found[1]
+    (slope, offset), (aside, middle) = scaled(1.0, AHEAD), scaled(1.0, LEFT)
+    return slope * ahead + offset, aside * left + middle
 
 
 def ghost_at(ahead: float, left: float, action: NDArray[np.float32] = OFF) -> NDArray[np.float32]:
@@ -69,8 +61,8 @@ def when_it_plans(distance: float) -> Rule:
     """
 
     def act(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        left = np.rint(np.asarray(observations)[:, _CLOCK] * _STEPS).astype(int)
-        plans_next = (_STEPS - left) % _PERIOD == _PERIOD - 1
+        left = np.rint(np.asarray(observations)[:, _GAME.clock] * _GAME.steps).astype(int)
+        plans_next = (_GAME.steps - left) % _GAME.period == _GAME.period - 1
         return np.where(plans_next[:, None], waits(distance)(observations), OFF)
 
     return act
@@ -86,8 +78,8 @@ def in_the_way(observations: NDArray[np.float32], distance: float) -> list[Float
         distance: Metres ahead beyond which nothing counts.
     """
     seen = np.asarray(observations, float)
-    rows = seen[:, OWN : OWN + EACH * _OBJECTS].reshape(-1, _OBJECTS, EACH)
-    x, y = rows[..., 1] * RANGE, rows[..., 2] * _WIDE
+    rows = _GAME.objects(seen)
+    x, y = rows[..., 1] * RANGE, rows[..., 2] * WIDTH
     within = np.zeros(x.shape, bool)
     for lane in _LANES:
         # The lane's middle beside the car, and further ahead; straight in between.

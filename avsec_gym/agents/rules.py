@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.agents.aimed_games import GAMES
 from avsec_gym.agents.arena import Act, Arena, Baseline
 from avsec_gym.agents.hiding_rules import DISTANCES, Rule, waits, when_it_plans
 from avsec_gym.agents.search import SearchBudget
@@ -34,7 +35,9 @@ def rules_of(env: str, training: Arena, steps: int) -> Iterator[Baseline]:
     if env == "avsec/ClosedLoop-v0":
         yield Baseline("the planner", partial(_driven, name="planner"), 0)
         yield Baseline("highway-env's IDM", partial(_driven, name="idm"), 0)
-    if env == "avsec/ClosedLoopAttack-v0" and _is_default_attack(training):
+    if env == "avsec/ClosedLoopAttack-v0" and GAMES["closed_loop_attack"].fits(
+        training.environment.observation_space, training.environment.action_space
+    ):
         yield from _hiding_rules(training, steps)
 
 
@@ -78,12 +81,6 @@ def _hiding_rules(training: Arena, steps: int) -> Iterator[Baseline]:
 
 def _by_observations(rule: Rule) -> Act:
     return lambda seen, ways: rule(seen)
-
-
-def _is_default_attack(arena: Arena) -> bool:
-    """Whether observations and actions are those that `hiding_rules` know."""
-    played = arena.environment
-    return (played.observation_space.shape, played.action_space.shape) == ((177,), (7,))
 
 
 def _driven(arena: Arena, name: str) -> Act:

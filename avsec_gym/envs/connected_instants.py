@@ -10,19 +10,16 @@ from typing import Any
 
 from avsec_gym.argument_checks import shown, whole_number
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.frame import Points
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
-from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.recordings import RecordedInstant, recorded_instants
-from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.world.export import ConnectedWorld
 
 SUITE = "connected"
 """The default suite, made in the cache on first use."""
 _ARGUMENTS = ("source", "first", "count")
-_KEPT, _SCANS = 8, 24
+_KEPT = 8
 _OF_A_CAR = (
     *("detector", "classifier", "selector", "planner", "clean"),
     *("response", "motion", "score_threshold", "road"),
@@ -125,28 +122,6 @@ class PlayedInstants:
             if len(self._kept) > _KEPT:
                 self._kept.popitem(last=False)
         return self._kept[id]
-
-
-class RememberedProposals:
-    """Proposals of scans that come again: those of the vehicles that are not attacked.
-
-    It holds on to the scans, so that no other one can take the place of theirs in memory.
-    """
-
-    def __init__(self) -> None:
-        self._propose = ClusterProposer()
-        self._known: OrderedDict[int, tuple[Points, Regions]] = OrderedDict()
-
-    def __call__(self, points: Points) -> Regions:
-        """See `RegionProposer`."""
-        key = hash((points.shape, points[:: max(1, len(points) // 512)].tobytes()))
-        if key in self._known and (self._known[key][0] == points).all():
-            return self._known[key][1]
-        regions = self._propose(points)
-        self._known[key] = points, regions
-        if len(self._known) > _SCANS:
-            self._known.popitem(last=False)
-        return regions
 
 
 def without_an_episode(id: str, intention: str, *, over: bool) -> dict[str, Any]:

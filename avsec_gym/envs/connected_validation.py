@@ -17,7 +17,6 @@ from avsec_gym.envs.connected_instants import (
     SUITE,
     NamedInstants,
     PlayedInstants,
-    RememberedProposals,
     vehicles_of,
     without_an_episode,
 )
@@ -30,6 +29,7 @@ from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.validation.connected.attacks.attacked_instant import AttackedInstant, InstantAttack
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
+from avsec_gym.validation.connected.proposals.remembered import RememberedProposals
 from avsec_gym.validation.connected.rays.rates import log_likelihood_ratio
 from avsec_gym.validation.connected.recordings import RecordedInstant
 from avsec_gym.validation.connected.result import ConnectedResult

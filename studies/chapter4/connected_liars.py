@@ -13,16 +13,18 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, TypedDict
 
 import numpy as np
 
 from avsec_gym.agents.extras import cma_module
 from avsec_gym.console import progress
+from avsec_gym.experiments.chapter4.procedural_instants import ScannedPlace
 from avsec_gym.experiments.chapter4.settings import FIVE, JUDGED
-from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.progress import Progress, no_progress
+from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.connected.attacks.lying_vehicle import (
     NUMBERS,
     LyingVehicle,
@@ -33,6 +35,7 @@ from avsec_gym.validation.connected.base_station import SurfaceComparison
 from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.merged_proposals import merge_proposals
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.proposals.remembered import RememberedProposals
 from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.surface_exchange import (
@@ -95,12 +98,21 @@ class ConnectedLiars:
     rows: Sequence[LiarRow]
 
 
+class LiedAt(TypedDict):
+    """A place in the file of what was tried."""
+
+    id: str
+    contradicted: dict[str, bool]
+    named: list[list[Any]]
+
+
 def connected_liars(
     places: int,
     seed: int = SEED,
     evaluations: int = 100,
     *,
     surfaces: bool = True,
+    kept: JsonLines | None = None,
     on_progress: Progress = no_progress,
 ) -> ConnectedLiars:
     """Lie at all places.
@@ -110,54 +122,60 @@ def connected_liars(
         seed: Seed of the places.
         evaluations: Lies that are tried at an instant, at most.
         surfaces: Whether lies about surfaces are tried, too.
+        kept: Where places are kept at which all was tried; None: in memory.
         on_progress: Function that gets the number of places that are done, and of all.
     """
     constants = shipped_constants()
-    contradicted: dict[int, list[bool]] = {vehicles: [] for vehicles in VEHICLES}
-    found: dict[tuple[str, int, int], list[tuple[bool, bool]]] = {}
-    for place in usual_places(JUDGED, places, seed, on_progress):
-        for vehicles in VEHICLES:
-            honest = place.instant(usual(vehicles)).scans[:-1]
-            validator = ConnectedValidator(constants, proposer=RememberedProposals())
-            alone = validator.validate(honest)
-            contradicted[vehicles].append(bool(contradictions(alone).max(initial=0.0) > 0))
-            for liars in LIARS[vehicles]:
-                own = with_liars(constants, liars)
-                pair = by_rays(honest, alone, replace(validator, constants=own), evaluations)
-                found.setdefault(("rays", vehicles, liars), []).append(pair)
-                if surfaces:
-                    pair = by_surfaces(honest, own)
-                    found.setdefault(("surfaces", vehicles, liars), []).append(pair)
+    kept = JsonLines(None, LiedAt) if kept is None else kept
+    done: list[dict[str, Any]] = []
+    for number, place in enumerate(usual_places(JUDGED, places, seed, on_progress)):
+        id = f"{seed} {number}, {evaluations} lies{', surfaces' * surfaces}"
+        if id not in kept.rows:
+            kept.add({"id": id, **_lied_at(place, constants, evaluations, surfaces)})
+        done.append(kept.rows[id])
     clusters = [str(number) for number in range(places)]
+    named: dict[tuple[str, int, int], list[tuple[bool, bool]]] = {}
+    for row in done:
+        for method, vehicles, liars, alone, convicted in row["named"]:
+            named.setdefault((method, vehicles, liars), []).append((alone, convicted))
     return ConnectedLiars(
         places,
         seed,
         evaluations,
-        {str(vehicles): share_of(flags, clusters) for vehicles, flags in contradicted.items()},
+        {
+            str(vehicles): share_of([row["contradicted"][str(vehicles)] for row in done], clusters)
+            for vehicles in VEHICLES
+        },
         [
             LiarRow(*case, *(share_of(flags, clusters) for flags in zip(*pairs, strict=True)))
-            for case, pairs in sorted(found.items())
+            for case, pairs in sorted(named.items())
         ],
     )
+
+
+def _lied_at(
+    place: ScannedPlace, constants: ConnectedConstants, evaluations: int, surfaces: bool
+) -> dict[str, Any]:
+    """Whether honest vehicles contradict each other at a place, and who is named by which rule."""
+    contradicted: dict[str, bool] = {}
+    named: list[list[Any]] = []
+    for vehicles in VEHICLES:
+        honest = place.instant(usual(vehicles)).scans[:-1]
+        validator = ConnectedValidator(constants, proposer=RememberedProposals())
+        alone = validator.validate(honest)
+        contradicted[str(vehicles)] = bool(contradictions(alone).max(initial=0.0) > 0)
+        for liars in LIARS[vehicles]:
+            own = with_liars(constants, liars)
+            pair = by_rays(honest, alone, replace(validator, constants=own), evaluations)
+            named.append(["rays", vehicles, liars, *pair])
+            if surfaces:
+                named.append(["surfaces", vehicles, liars, *by_surfaces(honest, own)])
+    return {"contradicted": contradicted, "named": named}
 
 
 def with_liars(constants: ConnectedConstants, liars: int | None) -> ConnectedConstants:
     """The same evidence, with a rule that reckons with so many liars."""
     return replace(constants, rule=replace(constants.rule, liars=liars))
-
-
-class RememberedProposals:
-    """A proposer that clusters each scan once, however often it is asked."""
-
-    def __init__(self) -> None:
-        self._usual, self._known = ClusterProposer(), dict[int, tuple[object, Regions]]()
-
-    def __call__(self, points: Points) -> Regions:
-        """See `ClusterProposer`."""
-        if id(points) not in self._known:
-            # The points are kept, so that no others get their place in memory.
-            self._known[id(points)] = points, self._usual(points)
-        return self._known[id(points)][1]
 
 
 def by_rays(
@@ -282,12 +300,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--limit", type=int, default=100, help="places")
     parser.add_argument("--seed", type=int, default=SEED, help="of the places")
     parser.add_argument("--evaluations", type=int, default=100, help="lies tried at an instant")
+    parser.add_argument("--samples", type=Path, help="what was tried at each place; goes on there")
     parser.add_argument("--json", type=Path, help="result file; default: standard output")
     options = parser.parse_args(arguments)
 
     def run(given: argparse.Namespace) -> ConnectedLiars:
+        kept = JsonLines(given.samples, LiedAt)
         with progress("lying") as shown:
-            return connected_liars(given.limit, given.seed, given.evaluations, on_progress=shown)
+            return connected_liars(
+                given.limit, given.seed, given.evaluations, kept=kept, on_progress=shown
+            )
 
     return answer(options, run)
 

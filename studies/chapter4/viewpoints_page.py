@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from avsec_gym.console import progress
-from avsec_gym.metrics.clustered_shares import Share
-from avsec_gym.report.markdown_table import interval, markdown_table, number
+from avsec_gym.report.markdown_table import markdown_table, number
 from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
+from studies.chapter4.shares import percent
 from studies.chapter4.viewpoint_rates import BOUND, RATES, ViewpointRates, WayRow, viewpoint_rates
 from studies.chapter4.viewpoints import (
     DELAUNAY,
@@ -63,11 +63,8 @@ def viewpoints_page(result: ViewpointRates) -> str:
             "## Attacks that a proposal is about",
             "",
             *markdown_table(
-                ["viewpoints", "attack", "covered, %", "attacks"],
-                [
-                    [each.viewpoints, each.attack, _percent(each.covered), f"{each.covered.of}"]
-                    for each in result.covers
-                ],
+                ["viewpoints", "attack", "covered, %"],
+                [[each.viewpoints, each.attack, percent(each.covered)] for each in result.covers],
             ),
             "",
             "## What surfaces cost",
@@ -100,7 +97,7 @@ def _sentence(result: ViewpointRates, viewpoints: str) -> str:
     for each in row.detection:
         reached = each.detected.rate is not None and each.detected.rate >= THESIS[each.rate]
         parts.append(
-            f"{_percent(each.detected)} % of ghosts detected at r = {each.rate:g}"
+            f"{percent(each.detected)} ghosts (in %) detected at r = {each.rate:g}"
             f" ({'as' if reached else 'less than'} in the thesis, {100 * THESIS[each.rate]:.0f} %)"
         )
     clean = row.clean_below.rate is not None and row.clean_below.rate > 0.5
@@ -124,9 +121,9 @@ def _detection_table(result: ViewpointRates, attack: str) -> Iterator[str]:
         columns += [f"theta at r = {rate:g}, m", "false alarms, %", "detected, %"]
     rows = []
     for way in (each for each in result.ways if each.attack == attack):
-        cells = [way.viewpoints, way.mesher, f"{way.sides:g}", _percent(way.compared)]
+        cells = [way.viewpoints, way.mesher, f"{way.sides:g}", percent(way.compared)]
         for each in way.detection:
-            cells += [number(each.theta, 2), _percent(each.false_alarms), _percent(each.detected)]
+            cells += [number(each.theta, 2), percent(each.false_alarms), percent(each.detected)]
         rows.append(cells)
     yield from markdown_table(columns, rows)
     yield ""
@@ -156,16 +153,10 @@ def _distances(way: WayRow) -> list[str]:
         way.mesher,
         f"{way.sides:g}",
         way.attack,
-        _percent(way.clean_below),
-        _percent(way.attacked_above),
+        percent(way.clean_below),
+        percent(way.attacked_above),
         number(way.median, 2),
     ]
-
-
-def _percent(share: Share) -> str:
-    if share.rate is None or share.interval is None:
-        return "–"
-    return interval(100 * share.rate, [100 * bound for bound in share.interval], digits=1)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

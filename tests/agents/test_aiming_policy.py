@@ -12,7 +12,8 @@ import torch
 from scipy.stats import norm
 
 from avsec_gym.agents.agent_folder import load_agent
-from avsec_gym.agents.aiming_policy import GAMES, AimedAction, AimedGame, AimingPolicy
+from avsec_gym.agents.aimed_games import GAMES, AimedGame
+from avsec_gym.agents.aiming_policy import AimedAction, AimingPolicy
 from avsec_gym.agents.configuration import AgentConfiguration
 from avsec_gym.agents.hiding_rules import hidden_at
 from avsec_gym.agents.training import TrainingSitting, train_agent

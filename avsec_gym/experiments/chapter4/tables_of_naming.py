@@ -47,7 +47,7 @@ def _naming_table(summary: ConnectedSummary) -> Table:
         "By the thresholds of the fit, in the region about the attack with the highest score; the"
         " rest does not alarm. Witnesses: by geometry, vehicles with which the victim’s scan can be"
         " compared there. Of two vehicles neither is named. The thesis’ rule names by distances"
-        " alone; all others only whom two independent vehicles accuse."
+        " alone; all others only whom enough independent vehicles accuse."
         f" {INTERVALS}.",
         names=4,
         sortable=True,

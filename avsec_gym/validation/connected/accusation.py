@@ -10,12 +10,11 @@ There, honest vehicles contradict each other over roofs and edges alone, on whic
 and above which those of the next pass: few cells, in one layer or two. Hence rays accuse only where
 `ACCUSING_RAYS` or more of them pass through, and more than twice as many as support, what is
 claimed in `LAYERS` layers or more, as most of what stands on the ground is. An optimiser found this
-(`LyingVehicle`). What is left are the contradictions of honest vehicles in honest regions, at every
-sixth instant or so of five vehicles, which a liar can use: its voice and that of one honest
-vehicle are two. Hence `accusers_needed`: two accusers remain, whichever of them lies, and so it
-takes three, of which the third need not reach the bounds above. Where only two others take part, no
-rule could name a victim and hold a liar off: there two suffice, and a name is as sure as one honest
-vehicle's testimony.
+(`LyingVehicle`). What is left are the contradictions of honest vehicles in honest regions, which a
+liar can use: its voice and that of one honest vehicle are two. Hence `accusers_needed`: two
+accusers remain, whichever of them lies, and so it takes three, of which the third need not reach
+the bounds above. Where only two others take part, no rule could name a victim and hold a liar off:
+there two suffice, and a name is as sure as one honest vehicle's testimony.
 
 Two that lie alike are two accusers. Hence those that side with the accused outweigh as many
 accusers: the vehicles whose rays confirm what it claims or, if it seems to lack something, pass

@@ -11,6 +11,8 @@ import pytest
 
 from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.storage.json_lines import JsonLines
+from avsec_gym.validation.connected.proposals.remembered import RememberedProposals
 from avsec_gym.validation.connected.surface_exchange import ComparedSurfaces
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
@@ -18,7 +20,7 @@ from studies.chapter4 import connected_liars
 from studies.chapter4.connected_liars import (
     ConnectedLiars,
     LiarRow,
-    RememberedProposals,
+    LiedAt,
     by_rays,
     by_surfaces,
     contradictions,
@@ -102,3 +104,27 @@ def test_the_command_writes_its_result(tmp_path: Path, monkeypatch: pytest.Monke
     kept = tmp_path / "kept.json"
     assert main(["--limit", "2", "--json", str(kept)]) == 0
     assert json.loads(kept.read_text())["places"] == 2
+
+
+def test_places_that_were_tried_are_not_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[int] = []
+
+    def lied_at(place: int, *_: object) -> dict[str, object]:
+        tried.append(place)
+        named = [["rays", 3, 0, False, place == 1], ["rays", 5, 1, False, False]]
+        return {"contradicted": {"3": False, "5": True}, "named": named}
+
+    monkeypatch.setattr(connected_liars, "_lied_at", lied_at)
+    monkeypatch.setattr(connected_liars, "usual_places", lambda _, places, *__: range(places))
+    path = tmp_path / "samples.jsonl"
+    for places, new in ((2, [0, 1]), (2, []), (3, [2])):
+        tried.clear()
+        kept = JsonLines(path, LiedAt)
+        result = connected_liars.connected_liars(places, kept=kept)
+        assert tried == new
+    first, second = result.rows
+    assert (first.method, first.vehicles, first.liars) == ("rays", 3, 0)
+    assert (first.convicted.count, first.convicted.of, second.convicted.count) == (1, 3, 0)
+    assert (result.contradicted["3"].count, result.contradicted["5"].count) == (0, 3)

@@ -14,7 +14,6 @@ from avsec_gym.experiments.chapter4.drives.settings import OPTIONS, STATES, WIND
 from avsec_gym.experiments.chapter4.instant_cells import constants_under
 from avsec_gym.experiments.chapter4.settings import CLEAN, FITTED, JUDGED, USUAL, Part, State
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
-from avsec_gym.frame import Points
 from avsec_gym.runs.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.validation.connected.attacks.attacked_instant import (
     AttackedInstant,
@@ -23,9 +22,8 @@ from avsec_gym.validation.connected.attacks.attacked_instant import (
 from avsec_gym.validation.connected.attacks.lasting_removal import LastingRemoval
 from avsec_gym.validation.connected.attacks.moving_ghost import MovingGhost
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, read_connected_fit
-from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.proposals.remembered import RememberedProposals
 from avsec_gym.validation.connected.recordings import RecordedInstant
-from avsec_gym.validation.connected.regions import Regions
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.validator import ConnectedValidator
 
@@ -101,7 +99,7 @@ class ConnectedDrives:
     def __init__(self, configuration: Configuration) -> None:
         self._fit = read_connected_fit(drive_inputs(configuration)["constants"])
         self._constants = constants_under(self._fit, USUAL)
-        self._proposer = _Remembered()
+        self._proposer = RememberedProposals(_SCANS)
         self._validator = ConnectedValidator(self._constants, proposer=self._proposer)
         self._seed = configuration.seed
 
@@ -177,22 +175,6 @@ def _attacked(
         if attacked is None:
             return
         yield attacked
-
-
-class _Remembered:
-    """Proposals of scans that were seen before: an attack leaves those of other vehicles alone."""
-
-    def __init__(self) -> None:
-        self._proposer, self._known = ClusterProposer(), list[tuple[Points, Regions]]()
-
-    def __call__(self, points: Points) -> Regions:
-        """The regions of a scan."""
-        for known, regions in self._known:
-            if known is points:
-                return regions
-        regions = self._proposer(points)
-        self._known = [*self._known[-_SCANS + 1 :], (points, regions)]
-        return regions
 
 
 _SCANS = len(STATES) * WINDOW * USUAL.vehicles
