@@ -30,6 +30,8 @@ _MOST_ZOOMED = 3
 _AROUND = 9.0
 """Metres around an accused region that its own picture shows."""
 _MOST_RAYS = 40
+_LINE = 11
+"""Points between the names of two vehicles at one place."""
 _HEIGHTS = (0.25, 2.5)
 """Metres above the regions' ground between which points are drawn: what stands, not the road."""
 
@@ -39,6 +41,7 @@ def draw_connected(
     scans: Sequence[VehicleScan],
     margins: WitnessMargins = WitnessMargins(),
     origin: str = "",
+    about: Sequence[int] = (),
 ) -> Figure:
     """Left: all scans from above.  Right: the regions that alarm, likeliest first, three at most.
 
@@ -50,15 +53,16 @@ def draw_connected(
         scans: The scans that it was decided of.
         margins: What may lie apart.
         origin: Data that the constants were fitted on, in words.
+        about: Indices of regions that come before all others, such as those of a known attack.
     """
     from matplotlib.figure import Figure
 
-    shown = result.accusations[:_MOST_ZOOMED]
+    shown = sorted(result.accusations, key=lambda each: each.index not in about)[:_MOST_ZOOMED]
     rows = max(len(shown), 1)
     figure = Figure(figsize=(13.5, max(6.5, 3.6 * rows)), layout="constrained")
     grid = figure.add_gridspec(rows, 2, width_ratios=[1.6, 1.0])
     whole = figure.add_subplot(grid[:, 0])
-    _draw_all(whole, result, scans)
+    _draw_all(whole, result, scans, [each.index for each in shown])
     observers = [observe(scan) for scan in scans] if shown else []
     for row, accused in enumerate(shown):
         axes = figure.add_subplot(grid[row, 1])
@@ -81,6 +85,7 @@ def save_connected_picture(
     scans: Sequence[VehicleScan],
     margins: WitnessMargins = WitnessMargins(),
     origin: str = "",
+    about: Sequence[int] = (),
 ) -> None:
     """Write `draw_connected` as PNG.
 
@@ -90,7 +95,7 @@ def save_connected_picture(
     import io
 
     content = io.BytesIO()
-    draw_connected(result, scans, margins, origin).savefig(content, format="png", dpi=90)
+    draw_connected(result, scans, margins, origin, about).savefig(content, format="png", dpi=90)
     make_folder(path.parent)
     write_bytes(path, content.getvalue(), overwrite=True)
 
@@ -102,7 +107,10 @@ def _status(result: ConnectedResult) -> str:
     return f"alarm: vehicle {named} is attacked" if named else "alarm: cannot tell whose LiDAR"
 
 
-def _draw_all(axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan]) -> None:
+def _draw_all(
+    axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan], zoomed: Sequence[int]
+) -> None:
+    """All vehicles, what stands around them, and the regions; those that are zoomed by letters."""
     ground = float(np.median(result.regions.centre[:, 2])) if len(result.regions) else None
     places = np.array([scan.pose[:2, 3] for scan in scans])
     # Each vehicle, and what stands up in its scan.
@@ -117,13 +125,14 @@ def _draw_all(axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan])
         axes.annotate(
             f"vehicle {number}",
             (places[number, 0], places[number, 1]),
-            (9, 7),
+            # One above the other: successive scans of one vehicle are a metre or two apart.
+            (9, 7 + _LINE * number),
             textcoords="offset points",
             color=colour,
             fontweight="bold",
         )
-    # The regions; the accused ones have a letter, by which their own panels are called.
-    accused = {each.index: letter for letter, each in enumerate(result.accusations)}
+    # The regions; those with a panel of their own have its letter.
+    accused = {each.index for each in result.accusations}
     for index in range(len(result.regions)):
         corners = _corners(result.regions, index)
         if index not in accused:
@@ -131,9 +140,9 @@ def _draw_all(axes: Axes, result: ConnectedResult, scans: Sequence[VehicleScan])
             continue
         colour = _UNTOLD if result.named[index] < 0 else _ACCUSED
         axes.plot(*corners.T, color=colour, lw=2.2)
-        if accused[index] < _MOST_ZOOMED:
+        if index in zoomed:
             axes.annotate(
-                chr(65 + accused[index]),
+                chr(65 + zoomed.index(index)),
                 (result.regions.centre[index, 0], result.regions.centre[index, 1]),
                 (8, 8),
                 textcoords="offset points",

@@ -178,7 +178,7 @@ def _judged(
     """The decision, and a function that draws it into a file."""
     seen = instant if attacked is None else attacked.instant
     result = ConnectedValidator(constants, method).validate(seen.scans, id=f"{instant.id} {state}")
-    about = [] if attacked is None else list(attacked.regions(result.regions).nonzero()[0])
+    about = [] if attacked is None else attacked.regions(result.regions).nonzero()[0].tolist()
     decided = [index for index in about if result.decidable[index]]
     best = max(decided, key=lambda index: float(result.score[index]), default=None)
     if attacked is None:
@@ -204,7 +204,7 @@ def _judged(
         result.accused,
     )
     return decision, lambda path: save_connected_picture(
-        path, result, seen.scans, constants.margins
+        path, result, seen.scans, constants.margins, about=about
     )
 
 
