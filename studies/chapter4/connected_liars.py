@@ -173,7 +173,7 @@ def _lied_at(
     return {"contradicted": contradicted, "named": named}
 
 
-def with_liars(constants: ConnectedConstants, liars: int | None) -> ConnectedConstants:
+def with_liars(constants: ConnectedConstants, liars: int) -> ConnectedConstants:
     """The same evidence, with a rule that reckons with so many liars."""
     return replace(constants, rule=replace(constants.rule, liars=liars))
 

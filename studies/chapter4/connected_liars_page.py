@@ -26,7 +26,7 @@ def liars_page(result: ConnectedLiars) -> str:
         [
             row.method,
             str(row.vehicles),
-            str(row.liars) + (" (the default)" if _is_default(row.vehicles, row.liars) else ""),
+            str(row.liars) + (" (the default)" if not row.liars else ""),
             percent(row.alone),
             percent(row.convicted),
         ]
@@ -61,10 +61,6 @@ def liars_page(result: ConnectedLiars) -> str:
             "",
         ]
     )
-
-
-def _is_default(vehicles: int, liars: int) -> bool:
-    return liars == int(vehicles > 3)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -8,13 +8,11 @@ proposed it, is none of those that accuse in it.
 A liar may also bend the box of an object by so little that it stays that of another vehicle, too.
 There, honest vehicles contradict each other over roofs and edges alone, on which rays of one end
 and above which those of the next pass: few cells, in one layer or two. Hence rays accuse only where
-`ACCUSING_RAYS` or more of them pass through, and more than twice as many as support, what is
-claimed in `LAYERS` layers or more, as most of what stands on the ground is. An optimiser found this
-(`LyingVehicle`). What is left are the contradictions of honest vehicles in honest regions, which a
-liar can use: its voice and that of one honest vehicle are two. Hence `accusers_needed`: two
-accusers remain, whichever of them lies, and so it takes three, of which the third need not reach
-the bounds above. Where only two others take part, no rule could name a victim and hold a liar off:
-there two suffice, and a name is as sure as one honest vehicle's testimony.
+`CLEAR_RAYS` or more of them pass through, or find nothing where they would return, and more than
+twice as many pass as support, what is claimed in `LAYERS` layers or more, as most of what stands on
+the ground is. An optimiser found this (`LyingVehicle`). What is left are the clear contradictions
+of honest vehicles in honest regions, at few instants: there a liar's voice and that of one honest
+vehicle are two. `DecisionRule.liars` asks for as many accusers more.
 
 Two that lie alike are two accusers. Hence those that side with the accused outweigh as many
 accusers: the vehicles whose rays confirm what it claims or, if it seems to lack something, pass
@@ -33,11 +31,13 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.merging import seen_from_above
 from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, Decision, DecisionRule
 from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
-from avsec_gym.validation.connected.rays.witness_counts import ACCUSING_RAYS
 from avsec_gym.validation.connected.regions import Regions
 
 ACCUSERS = 2
 """Vehicles that accuse a third, more than side with it, beside those that may lie."""
+CLEAR_RAYS = 10
+"""Rays by which a vehicle accuses clearly, at least: chosen on attack-free instants of the training
+assets, at which honest vehicles contradict each other more often by fewer."""
 LAYERS = 3
 """Layers of voxels, one above the other, in which a claim lies by which a vehicle accuses or is
 accused, at least."""
@@ -67,20 +67,6 @@ def lone_authors(
     return np.where(alone, (proposed * senders[:, None]).sum(axis=0), NO_LONE_AUTHOR)
 
 
-def accusers_needed(others: int, liars: int | None) -> int:
-    """How many vehicles accuse a victim, more than side with it, before it is named.
-
-    Args:
-        others: Number of the other vehicles that take part.
-        liars: Number of vehicles that may lie; None: see `DecisionRule`.
-
-    Example:
-        >>> accusers_needed(others=2, liars=None), accusers_needed(others=4, liars=None)
-        (2, 3)
-    """
-    return ACCUSERS + (int(others > ACCUSERS) if liars is None else liars)
-
-
 def upheld_by_rays(
     decision: Decision,
     counts: NDArray[np.int64],
@@ -90,9 +76,6 @@ def upheld_by_rays(
     rule: DecisionRule,
 ) -> NDArray[np.int64]:
     """The victims that enough independent vehicles accuse by their rays, less those that side.
-
-    A vehicle takes part that bears witness, be it of another region. One that does not, such as one
-    whose messages are lost, neither accuses nor has another one's accusation count for less.
 
     Args:
         decision: What was decided of R regions.
@@ -109,10 +92,9 @@ def upheld_by_rays(
     decided, ratio = decidable(counts, rates), log_likelihood_ratio(counts, rates)
     denies, confirms = decided & (ratio >= rule.accuser), decided & (ratio <= -rule.accuser)
     contradicts = denies.copy()
-    through = counts[..., 1]
-    contradicts &= (through > 2 * counts[..., 0]) & (through >= ACCUSING_RAYS)
+    support, through, missing = np.moveaxis(counts, -1, 0)
+    contradicts &= (through > 2 * support) & (through + missing >= CLEAR_RAYS)
     contradicts &= (layers >= LAYERS)[:, :, None]
-    takes_part = counts.any(axis=(0, 1, 3))
     for index in np.flatnonzero(named >= 0):
         victim = named[index]
         of_ghost = decision.ghost[index, victim] >= decision.removal[index, victim]
@@ -120,14 +102,11 @@ def upheld_by_rays(
         accuses = contradicts[index, victim] if of_ghost else contradicts[index, :, victim]
         # Witnesses that agree with it, or that deny as it does what its accusers claim.
         sides = confirms[index, victim] if of_ghost else denies[index, accuses].any(axis=0)
-        # Two that do so clearly; where one of them may lie, a third that does so at all.
+        # Two that do so clearly; where liars are reckoned with, more that do so at all.
         party = accuses, denies[index, victim] if of_ghost else denies[index, :, victim]
-        clearly, at_all = (
-            _independent(each & takes_part, int(victim), int(authors[index])) for each in party
-        )
+        clearly, at_all = (_independent(each, int(victim), int(authors[index])) for each in party)
         siding = int(np.delete(sides, victim).sum())
-        needed = accusers_needed(int(np.delete(takes_part, victim).sum()), rule.liars)
-        if clearly - siding < ACCUSERS or at_all - siding < needed:
+        if clearly - siding < ACCUSERS or at_all - siding < ACCUSERS + rule.liars:
             named[index] = CANNOT_TELL
     return named
 
@@ -147,7 +126,7 @@ def upheld_by_distances(
             was compared.
         threshold: Theta, metres.
         author: Lone author of the region, or `NO_LONE_AUTHOR`.
-        needed: How many they are; see `accusers_needed`.
+        needed: How many they are.
     """
     contradicts = distances > threshold
     # What is accused together is one party: it gives no witness against its own members.

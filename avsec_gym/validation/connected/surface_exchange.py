@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.connected.accusation import accusers_needed, upheld_by_distances
+from avsec_gym.validation.connected.accusation import ACCUSERS, upheld_by_distances
 from avsec_gym.validation.connected.admission import admitted_crops
 from avsec_gym.validation.connected.base_station import (
     SurfaceComparison,
@@ -95,9 +95,7 @@ def decide_by_surfaces(
     largest = np.where(np.isnan(distances), -np.inf, distances).max(axis=(1, 2), initial=-np.inf)
     named = np.full(len(distances), NO_ATTACK)
     ghost, removal = np.zeros((2, len(distances), vehicles))
-    # Who has a surface that can be compared in no region takes no part.
-    takes_part = int(np.isfinite(distances).any(axis=(0, 1)).sum())
-    needed = accusers_needed(takes_part - 1, constants.rule.liars)
+    needed = ACCUSERS + constants.rule.liars
     for index, decided in enumerate(decide(distances, constants.theta)):
         if not decided.alarm:
             continue

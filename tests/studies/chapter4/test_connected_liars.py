@@ -96,7 +96,7 @@ def test_the_page_states_each_row_and_is_of_the_result_that_is_read(tmp_path: Pa
     assert page.read_text() == liars_page(result)
     [line] = [line for line in page.read_text().splitlines() if line.startswith("| rays | 5 | 0 ")]
     assert "| 50.0 [" in line
-    assert "1 (the default)" in page.read_text()
+    assert "0 (the default)" in page.read_text()
 
 
 def test_the_command_writes_its_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

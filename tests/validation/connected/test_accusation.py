@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.connected import accusation
 from avsec_gym.validation.connected.accusation import (
-    ACCUSING_RAYS,
+    CLEAR_RAYS,
     LAYERS,
     NO_LONE_AUTHOR,
     lone_authors,
@@ -182,7 +182,7 @@ def test_a_region_made_for_it_convicts_none(
     place = np.array(numbers)
     region = Regions(place[None, :3], place[None, 3:6], place[6:])
     assert not _convicts(honest, region, _LIAR)
-    monkeypatch.setattr(accusation, "ACCUSING_RAYS", 0)
+    monkeypatch.setattr(accusation, "CLEAR_RAYS", 0)
     monkeypatch.setattr(accusation, "LAYERS", 0)
     assert not _convicts(honest, region, _LIAR)
     # It does if its author accuses by any ray, and all are trusted; in the last one more rays
@@ -293,12 +293,12 @@ def test_few_rays_or_a_claim_in_one_layer_accuse_none() -> None:
         every, alone = np.full((1, 3), layers), np.array([NO_LONE_AUTHOR])
         return int(upheld_by_rays(decision, counts, every, alone, _RATES, _RULE)[0])
 
-    assert named(ACCUSING_RAYS, 0, LAYERS) == 1
-    assert named(ACCUSING_RAYS - 1, 0, LAYERS) == CANNOT_TELL
-    assert named(ACCUSING_RAYS, 0, LAYERS - 1) == CANNOT_TELL
+    assert named(CLEAR_RAYS, 0, LAYERS) == 1
+    assert named(CLEAR_RAYS - 1, 0, LAYERS) == CANNOT_TELL
+    assert named(CLEAR_RAYS, 0, LAYERS - 1) == CANNOT_TELL
     # Half as many rays that support are no accusation, whatever their ratio.
-    assert named(ACCUSING_RAYS, ACCUSING_RAYS // 2 - 1, LAYERS) == 1
-    assert named(ACCUSING_RAYS, ACCUSING_RAYS // 2, LAYERS, missing=20) == CANNOT_TELL
+    assert named(CLEAR_RAYS, CLEAR_RAYS // 2 - 1, LAYERS) == 1
+    assert named(CLEAR_RAYS, CLEAR_RAYS // 2, LAYERS, missing=20) == CANNOT_TELL
 
 
 def test_a_victim_with_two_witnesses_stays_named() -> None:
@@ -329,7 +329,7 @@ def test_who_passes_through_what_the_accusers_claim_sides_with_the_accused() -> 
     assert named() == CANNOT_TELL
 
 
-def _accused(accusing: dict[int, int], vehicles: int = 4, liars: int | None = None) -> int:
+def _accused(accusing: dict[int, int], vehicles: int = 4, liars: int = 0) -> int:
     """Who is named where vehicles pass through what vehicle 0 claims, by so many rays each."""
     counts = np.zeros((2, vehicles, vehicles, 3), np.int64)
     for witness, rays in accusing.items():
@@ -343,34 +343,26 @@ def _accused(accusing: dict[int, int], vehicles: int = 4, liars: int | None = No
     return int(upheld_by_rays(decision, counts, layers, authors, _RATES, rule)[0])
 
 
-def test_of_four_vehicles_three_accuse_since_one_may_lie() -> None:
-    assert _accused({1: 30, 2: 30}) == CANNOT_TELL
-    assert _accused({1: 30, 2: 30, 3: 30}) == 0
-    # The third need not be as clear as the first two, but two of them are.
-    assert _accused({1: 30, 2: 30, 3: ACCUSING_RAYS - 1}) == 0
-    assert _accused({1: 30, 2: ACCUSING_RAYS - 1, 3: ACCUSING_RAYS - 1}) == CANNOT_TELL
-    assert _accused({1: 30, 2: 30}, liars=0) == 0
-    # Three vehicles trust each other, or name none.
-    assert _accused({1: 30, 2: 30}, vehicles=3) == 0
+@pytest.mark.parametrize("vehicles", [3, 4, 6])
+def test_two_clear_accusers_name_a_vehicle(vehicles: int) -> None:
+    assert _accused({1: CLEAR_RAYS, 2: CLEAR_RAYS}, vehicles) == 0
+    assert _accused({1: 30, 2: CLEAR_RAYS - 1}, vehicles) == CANNOT_TELL
+
+
+def test_where_one_may_lie_a_third_accuses_who_need_not_be_clear() -> None:
+    assert _accused({1: 30, 2: 30}, liars=1) == CANNOT_TELL
+    assert _accused({1: 30, 2: 30, 3: 30}, liars=1) == 0
+    assert _accused({1: 30, 2: 30, 3: CLEAR_RAYS - 1}, liars=1) == 0
+    assert _accused({1: 30, 2: CLEAR_RAYS - 1, 3: CLEAR_RAYS - 1}, liars=1) == CANNOT_TELL
+    # Of three vehicles, then, none is named.
     assert _accused({1: 30, 2: 30}, vehicles=3, liars=1) == CANNOT_TELL
     with pytest.raises(ConfigurationError, match="liars"):
         DecisionRule(liars=-1)
 
 
-def test_who_takes_no_part_neither_accuses_nor_hinders() -> None:
-    def named(counts: np.ndarray) -> int:
-        decision = decide(counts, _RATES, _RULE)
-        layers, authors = np.full((1, 4), LAYERS), np.array([NO_LONE_AUTHOR])
-        return int(upheld_by_rays(decision, counts, layers, authors, _RATES, _RULE)[0])
-
-    # Of the last vehicle no counts arrived: those that are left are three.
+def test_who_sends_nothing_hinders_no_accusation() -> None:
     counts = np.zeros((1, 4, 4, 3), np.int64)
     counts[0, 0, 1:3, THROUGH] = 30
-    assert named(counts) == 0
-    # Vehicles 1 and 3 claim what vehicle 0 passes through; 3 bears witness of nothing itself.
-    counts = np.zeros((1, 4, 4, 3), np.int64)
-    counts[0, [1, 3], 0, THROUGH] = 30
-    counts[0, 3, 1, SUPPORT] = 30
-    assert named(counts) == CANNOT_TELL
-    counts[0, 1, 3, SUPPORT] = 30
-    assert named(counts) == 0
+    decision = decide(counts, _RATES, _RULE)
+    layers, authors = np.full((1, 4), LAYERS), np.array([NO_LONE_AUTHOR])
+    assert upheld_by_rays(decision, counts, layers, authors, _RATES, _RULE)[0] == 0

@@ -31,9 +31,8 @@ class DecisionRule:
         see_through: Log odds of a thing that rays see through, such as a fence or a hedge, to an
             attack, where both explain the same.
         calibration: The calibration from a region's score to the probability of an attack.
-        liars: Number of vehicles that may lie: whichever of the accusers they are, two more name a
-            victim.  None: one may, where more than two others could accuse a victim; where there
-            are no more, no rule could name it, and both are trusted.
+        liars: Number of vehicles that are reckoned with to lie: so many accusers more name a
+            victim, of whom two accuse clearly.
 
     Raises:
         ConfigurationError: A probability that is none, or no number of liars.
@@ -44,11 +43,10 @@ class DecisionRule:
     accuser: float = 1.0
     see_through: float = -1.0
     calibration: ScoreProbability = field(default_factory=ScoreProbability)
-    liars: int | None = None
+    liars: int = 0
 
     def __post_init__(self) -> None:
-        if self.liars is not None:
-            whole_number("liars", self.liars, 0)
+        whole_number("liars", self.liars, 0)
         if not (0 < self.alarm < 1 and 0.5 <= self.certain < 1 and self.accuser > 0):
             raise ConfigurationError(
                 "probabilities of a decision lie between 0 and 1, certainty is 0.5 or more, and"

@@ -124,7 +124,7 @@ def test_the_lie_that_was_found_convicts_none_any_more(
     street = _where_all_are_trusted(_where_lower_rays_do_not_count(street))
     monkeypatch.setattr(accusation, "ACCUSERS", 1)
     assert _lied(street, _roof(street), _FOUND)[0].accused == ()
-    monkeypatch.setattr(accusation, "ACCUSING_RAYS", 0)
+    monkeypatch.setattr(accusation, "CLEAR_RAYS", 0)
     monkeypatch.setattr(accusation, "LAYERS", 0)
     result, liar = _lied(street, _roof(street), _FOUND)
     assert result.accused == (1,)
