@@ -14,7 +14,13 @@ from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration, psmnet_loss
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.weights.edition import chosen_edition
-from avsec_gym.perception.weights.given import Weights, check_weights, give_weights
+from avsec_gym.perception.weights.given import (
+    SHIPPED,
+    Weights,
+    check_weights,
+    give_weights,
+    shipped_weights,
+)
 from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.recorded import recorded_corners
 
@@ -51,6 +57,9 @@ class PsmNetDepth:
         right: int = 3,
     ) -> None:
         self.left, self.right = camera_number("left", left), camera_number("right", right)
+        if configuration == "medium" and weights == SHIPPED:
+            # The same network at another size: what the package ships for `small` is its, too.
+            weights = shipped_weights(f"{self.name}_small")
         self.configuration, preset = chosen_edition(
             PsmNetConfiguration, configuration, weights, self.name, _preset_of_weights
         )

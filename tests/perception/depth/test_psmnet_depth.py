@@ -71,3 +71,16 @@ def test_unknown_presets_and_foreign_weights_are_refused() -> None:
         PsmNetDepth("tiny")
     with pytest.raises(ConfigurationError, match=r"weights of another network"):
         PsmNetDepth("full", weights={"x": torch.zeros(1)})
+
+
+def test_medium_is_small_on_larger_images_with_its_weights() -> None:
+    small, medium = (PsmNetDepth(name, "shipped").network for name in ("small", "medium"))
+    ours, others = small.state_dict(), medium.state_dict()
+    assert ours.keys() == others.keys()
+    assert all(torch.equal(values, others[name]) for name, values in ours.items())
+    (height, width), disparities = PsmNetConfiguration.preset("medium").input_size or (0, 0), 128
+    assert (height, width) == (240, 784)
+    # As far as the small one sees, in the camera's pixels.
+    least = PsmNetConfiguration.preset("small")
+    assert least.input_size is not None
+    assert disparities / width >= least.disparities / least.input_size[1]
