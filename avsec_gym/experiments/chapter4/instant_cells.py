@@ -39,6 +39,7 @@ from avsec_gym.validation.connected.constants import ConnectedConstants
 from avsec_gym.validation.connected.fit import SHIPPED_FIT, ConnectedFit, read_connected_fit
 from avsec_gym.validation.connected.learned.learned_fit import SHIPPED_MODEL, read_learned_fit
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.proposals.remembered import RememberedProposals
 from avsec_gym.validation.connected.result import AttackKind
 
 USUAL_COUNT = 200
@@ -112,7 +113,7 @@ class ConnectedInstants:
     def __init__(self, configuration: Configuration) -> None:
         self._fit = read_connected_fit(_fit_file(configuration))
         self._learned = read_learned_fit(_model_file(configuration)).rule()
-        self._seed, self._proposer = configuration.seed, ClusterProposer()
+        self._seed, self._proposer = configuration.seed, RememberedProposals()
         self._place: tuple[tuple[Part, int], ScannedPlace] | None = None
         self._warm = False
 
@@ -132,7 +133,7 @@ class ConnectedInstants:
         constants, rays = constants_under(self._fit, under), CleanRays(instant)
         if not self._warm:
             # Kernels are loaded when they are first called: that is no instant's time.
-            compared_instant(instant.scans, constants, self._proposer, self._learned)
+            compared_instant(instant.scans, constants, ClusterProposer(), self._learned)
             self._warm = True
         scanned = time.perf_counter()
 

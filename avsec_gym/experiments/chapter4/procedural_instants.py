@@ -7,6 +7,7 @@ here looks at and which take nearly all of the time.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,7 @@ class ScannedPlace:
         self._set, self._number, self._vehicles = FIRST_SET[part] + seed, number, vehicles
         [self.posed] = drive_scenes(self._set, number, 1, vehicles, assets=ASSETS[part])
         """What is there at the instant."""
-        self._scanned: dict[float, RecordedInstant] = {}
+        self._scanned: dict[tuple[float, int], OwnScan] = {}
 
     def instant(self, condition: ConnectedCondition) -> RecordedInstant:
         """The instant as the first vehicles of the place measure it.
@@ -58,26 +59,54 @@ class ScannedPlace:
         Args:
             condition: Errors of poses, clocks, and the number of vehicles.
         """
-        apart, taken = condition.clocks_apart, condition.vehicles
-        if apart not in self._scanned:
-            self._scanned[apart] = self._scan(apart)
-        whole = self._scanned[apart]
+        apart = condition.clocks_apart
+        offsets = clock_offsets(self._set, self._number, self._vehicles, apart).tolist()
+        own = [self._scan(apart, each, offsets[each]) for each in range(condition.vehicles)]
+        exact = instant_of_scans(self.posed, own, offsets, self._number, 0, f"{self._number:06d}")
         scans = tuple(
-            VehicleScan(
-                scan.points, self._measured(vehicle, scan.pose, condition), scan.time, scan.sweep
-            )
-            for vehicle, scan in enumerate(whole.scans[:taken])
+            replace(scan, pose=self._measured(vehicle, scan.pose, condition))
+            for vehicle, scan in enumerate(exact.scans)
         )
-        return RecordedInstant(whole.id, scans, whole.truth, whole.true_poses[:taken])
+        return replace(exact, scans=scans)
 
     def _measured(self, vehicle: int, pose: Floats, condition: ConnectedCondition) -> Floats:
         error = pose_errors(self._set, self._number, vehicle, 1)[0]
         return measured_pose(pose, error, condition.noise, condition.noise)
 
-    def _scan(self, apart: float) -> RecordedInstant:
-        """All vehicles' scans with their true poses."""
-        offsets = clock_offsets(self._set, self._number, self._vehicles, apart).tolist()
-        return scanned_instant(self.posed, offsets, self._number, 0, f"{self._number:06d}")
+    def _scan(self, apart: float, vehicle: int, seconds: float) -> OwnScan:
+        """The scan of a vehicle, which conditions with the same clocks have in common."""
+        if (apart, vehicle) not in self._scanned:
+            self._scanned[apart, vehicle] = own_scan(self.posed, vehicle, seconds)
+        return self._scanned[apart, vehicle]
+
+
+@dataclass(frozen=True, eq=False)
+class OwnScan:
+    """What a vehicle's LiDAR sees.
+
+    Args:
+        points: The points, as `VehicleScan` has them.
+        pose: The LiDAR's true pose when the vehicle looks, shape (4, 4).
+        on_actors: The number of points on each actor.
+    """
+
+    points: NDArray[np.float32]
+    pose: Floats
+    on_actors: NDArray[np.int64]
+
+
+def own_scan(posed: PosedScene, vehicle: int, seconds: float) -> OwnScan:
+    """What a vehicle's LiDAR sees at its own time, of the world as it is then.
+
+    Args:
+        posed: What is there at the instant.
+        vehicle: Number of the vehicle.
+        seconds: When it looks after the instant.
+    """
+    seen = later(posed, seconds)
+    scan = scan_of(seen, vehicle, Lidar(), Sweep.ROLLING, renderer_of(seen, vehicle))
+    pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
+    return OwnScan(scan.points, pose, _counts(scan.object_id, len(posed.instant.actors)))
 
 
 def scanned_instant(
@@ -92,22 +121,38 @@ def scanned_instant(
         frame: Number of the instant in its drive.
         id: Name of the instant.
     """
-    instant = posed.instant
-    scans, points = [], []
-    for vehicle, seconds in enumerate(offsets):
-        # Each vehicle looks at its own time, at the world as it is then.
-        seen = later(posed, seconds)
-        scan = scan_of(seen, vehicle, Lidar(), Sweep.ROLLING, renderer_of(seen, vehicle))
-        pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
-        scans.append(VehicleScan(scan.points, pose, seconds))
-        points.append(_counts(scan.object_id, len(instant.actors)))
-    truth = instant_of(instant, drive, frame, offsets, points)
-    rolling = [RollingSweep(each.speed, each.turn_rate) for each in truth.vehicles]
-    rolled = tuple(
-        VehicleScan(scan.points, scan.pose, scan.time, sweep)
-        for scan, sweep in zip(scans, rolling, strict=True)
+    own = [own_scan(posed, vehicle, seconds) for vehicle, seconds in enumerate(offsets)]
+    return instant_of_scans(posed, own, offsets, drive, frame, id)
+
+
+def instant_of_scans(
+    posed: PosedScene,
+    own: Sequence[OwnScan],
+    offsets: Sequence[float],
+    drive: int,
+    frame: int,
+    id: str,
+) -> RecordedInstant:
+    """The instant of the first vehicles' scans, with their true poses.
+
+    Args:
+        posed: What is there at the instant.
+        own: The scans of the first vehicles.
+        offsets: When each vehicle looks, as for `scanned_instant`.
+        drive: Number of the drive, or of the place of an instant by itself.
+        frame: Number of the instant in its drive.
+        id: Name of the instant.
+    """
+    actors = len(posed.instant.actors)
+    # Who does not scan has no points on anything.
+    points = [scan.on_actors for scan in own]
+    points += [np.zeros(actors, np.int64) for _ in offsets[len(own) :]]
+    truth = instant_of(posed.instant, drive, frame, offsets, points)
+    scans = tuple(
+        VehicleScan(scan.points, scan.pose, seconds, RollingSweep(truth.speed, truth.turn_rate))
+        for scan, seconds, truth in zip(own, offsets, truth.vehicles, strict=False)
     )
-    return RecordedInstant(id, rolled, truth, tuple(scan.pose for scan in scans))
+    return RecordedInstant(id, scans, truth, tuple(scan.pose for scan in scans))
 
 
 def _counts(object_id: NDArray[np.int32], actors: int) -> NDArray[np.int64]:
