@@ -106,10 +106,17 @@ def new_manifest(
             for experiment in experiments
         },
         "inputs": {
-            name: {"path": str(path), "sha256": fingerprint(path)} for name, path in inputs.items()
+            name: {"path": _from_here(path), "sha256": fingerprint(path)}
+            for name, path in inputs.items()
         },
         "sittings": [],
     }
+
+
+def _from_here(path: Path) -> str:
+    """A path from the working folder where it lies below that: it says as much elsewhere."""
+    whole, here = path.absolute(), Path.cwd()
+    return str(whole.relative_to(here)) if whole.is_relative_to(here) else str(path)
 
 
 def read_manifest(root: Path) -> Manifest | None:

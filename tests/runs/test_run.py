@@ -178,7 +178,10 @@ def test_arguments_that_cannot_work(tiny: ModuleType, tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_the_manifest_tells_what_was_run(tiny: ModuleType, tmp_path: Path) -> None:
+def test_the_manifest_tells_what_was_run(
+    tiny: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     root, weights = tmp_path / "run", tmp_path / "weights"
     weights.write_bytes(b"abc")
     asked = Configuration(limit=1, options={"weights": str(weights)})
@@ -193,6 +196,8 @@ def test_the_manifest_tells_what_was_run(tiny: ModuleType, tmp_path: Path) -> No
     assert manifest["experiments"]["precision"]["thesis"] == "Figure 5.1"
     # SHA-256 of "abc", FIPS 180-2, appendix B.1.
     assert manifest["inputs"]["weights"]["sha256"].startswith("ba7816bf8f01cfea414140de5dae2223")
+    # A record that others read names no folder of this machine that it need not.
+    assert manifest["inputs"]["weights"]["path"] == "weights"
     first, second = manifest["sittings"]
     assert first["versions"].keys() >= {"avsec-gym", "numpy", "torch"}
     assert (first["done"], second["done"]) == (2, 1)

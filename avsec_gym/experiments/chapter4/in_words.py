@@ -11,6 +11,8 @@ from avsec_gym.experiments.chapter4.settings import ATTACKS, EXACT, FIVE, OPERAT
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
 from avsec_gym.experiments.chapter4.thesis import DETECTION
 from avsec_gym.metrics.clustered_shares import Share
+from avsec_gym.validation.connected.result import AttackKind
+from avsec_gym.validation.connected.validator import Method
 
 _CONDITIONS = {
     EXACT.name: "With exact poses and clocks",
@@ -25,11 +27,12 @@ def connected_sentences(summary: ConnectedSummary) -> list[str]:
     Args:
         summary: The results of a run.
     """
-    sentences = [
-        f"{words}, {_of_thesis(summary, condition)}; {_of_rays(summary, condition)}."
-        for condition, words in _CONDITIONS.items()
-        if condition in summary.instants
-    ]
+    sentences = []
+    for condition, words in _CONDITIONS.items():
+        if condition in summary.instants:
+            sentences += [_of_thesis(summary, condition, words)]
+            sentences += [_of_rays(summary, condition, words, kind) for kind in ATTACKS]
+            sentences += [_of_false_alarms(summary, condition, words)]
     sentences += [
         _of_all(row)
         for row in summary.attacks
@@ -59,7 +62,7 @@ def _of_names(summary: ConnectedSummary) -> list[str]:
     ]
 
 
-def _of_thesis(summary: ConnectedSummary, condition: str) -> str:
+def _of_thesis(summary: ConnectedSummary, condition: str, words: str) -> str:
     rows = {
         row.rate: row.detected
         for row in summary.detection
@@ -69,28 +72,39 @@ def _of_thesis(summary: ConnectedSummary, condition: str) -> str:
         f"{_share(rows[rate])} at r = {rate:g} (thesis: {number(share, 100, 0)} %)"
         for rate, share in DETECTION.items()
     )
-    return f"the thesis’ method detects {found} of {rows[0.0].of} decidable ghosts"
+    return f"{words}, the thesis’ method detects {found} of {rows[0.0].of} decidable ghosts."
 
 
-def _of_rays(summary: ConnectedSummary, condition: str) -> str:
-    areas = {(row.kind, row.method): row for row in summary.roc if row.condition == condition}
-    rows = {
-        (row.kind, row.method): row
-        for row in summary.detection
-        if (row.condition, row.of, row.rate) == (condition, REGIONS, OPERATING_RATE)
+def _of_rays(summary: ConnectedSummary, condition: str, words: str, kind: AttackKind) -> str:
+    rows = _at_operating_rate(summary, condition, kind)
+    areas = {
+        row.method: row for row in summary.roc if (row.condition, row.kind) == (condition, kind)
     }
-    found = " and ".join(
-        f"{_detected(rows[kind, 'rays'], areas[kind, 'rays'])}, of"
-        f" {rows[kind, 'rays'].detected.of} decidable {kind}s (surfaces"
-        f" {_detected(rows[kind, 'surfaces'], areas[kind, 'surfaces'])})"
-        for kind in ATTACKS
-    )
-    alarms = {method: rows[ATTACKS[0], method].false_alarms for method in ("rays", "surfaces")}
     return (
-        f"at the thresholds of other places for r = {100 * OPERATING_RATE:g} %, which"
-        f" {_share(alarms['rays'])} of the judged attack-free regions exceed by rays and"
-        f" {_share(alarms['surfaces'])} by surfaces, rays detect {found}"
+        f"{words}, rays detect {_detected(rows['rays'], areas['rays'])}, of"
+        f" {rows['rays'].detected.of} decidable {kind}s; surfaces"
+        f" {_detected(rows['surfaces'], areas['surfaces'])}."
     )
+
+
+def _of_false_alarms(summary: ConnectedSummary, condition: str, words: str) -> str:
+    rows = _at_operating_rate(summary, condition, ATTACKS[0])
+    return (
+        f"{words}, {_share(rows['rays'].false_alarms)} of the judged attack-free regions exceed"
+        f" the threshold of rays, {_share(rows['surfaces'].false_alarms)} that of surfaces; both"
+        f" are of other places, for r = {100 * OPERATING_RATE:g} %."
+    )
+
+
+def _at_operating_rate(
+    summary: ConnectedSummary, condition: str, kind: AttackKind
+) -> dict[Method, DetectionRate]:
+    """Detection of an attack at thresholds for `OPERATING_RATE`, by method."""
+    return {
+        row.method: row
+        for row in summary.detection
+        if (row.condition, row.of, row.rate, row.kind) == (condition, REGIONS, OPERATING_RATE, kind)
+    }
 
 
 def _detected(row: DetectionRate, curve: RocRow) -> str:
@@ -99,9 +113,9 @@ def _detected(row: DetectionRate, curve: RocRow) -> str:
 
 def _of_all(row: AttackRates) -> str:
     return (
-        f"Of all {row.covered.of} {row.kind}s then, {_share(row.covered)} lie in a proposed region,"
-        f" {_share(row.decidable)} are decidable, and rays detect {_share(row.detected)} at the"
-        f" threshold of other places for r = {100 * OPERATING_RATE:g} %."
+        f"Of all {row.covered.of} {row.kind}s with these errors, {_share(row.covered)} lie in a"
+        f" proposed region, {_share(row.decidable)} are decidable, and rays detect"
+        f" {_share(row.detected)} at the same threshold."
     )
 
 

@@ -155,8 +155,10 @@ def test_the_section_is_whole(summary: ConnectedSummary) -> None:
         assert table.rows
         assert {len(line) for line in table.rows} == {len(table.columns)}
     said = " ".join(connected_sentences(summary))
-    assert "Of all 16 ghosts then, 75.0 %" in said
-    assert "which 0.0 % [0.0, 16.1] of the judged attack-free regions exceed by rays" in said
+    assert "Of all 16 ghosts with these errors, 75.0 %" in said
+    assert (
+        "0.0 % [0.0, 16.1] of the judged attack-free regions exceed the threshold of rays" in said
+    )
     assert "rays detect 100.0 % [67.6, 100.0], AUC 1.000, of 8" in said
     assert "(thesis: 70 %)" in said
 
