@@ -23,6 +23,9 @@ class InstantTime:
         method: The method.
         median: Median of the instants, seconds.
         largest: The most that one took, seconds.
+        of_region: Seconds for a region, over all instants; None of attacked ones, of which only the
+            regions about what was attacked are kept.
+        regions: Mean number of regions of an instant; None likewise.
         instants: Number of instants.
     """
 
@@ -31,6 +34,8 @@ class InstantTime:
     method: Method
     median: float
     largest: float
+    of_region: float | None
+    regions: float | None
     instants: int
 
 
@@ -44,10 +49,20 @@ def instant_times(states: ConditionStates) -> list[InstantTime]:
     by_state |= {kind: states.attempts(kind) for kind in ATTACKS}
     rows = []
     for state, measured in by_state.items():
+        regions = sum(each.regions for each in measured) if state == CLEAN else 0
         for method in METHODS:
             seconds = [each.seconds[method] for each in measured]
             if seconds:
-                median, largest = float(np.median(seconds)), max(seconds)
-                name = states.condition.name
-                rows.append(InstantTime(name, state, method, median, largest, len(seconds)))
+                rows.append(
+                    InstantTime(
+                        states.condition.name,
+                        state,
+                        method,
+                        float(np.median(seconds)),
+                        max(seconds),
+                        sum(seconds) / regions if regions else None,
+                        regions / len(seconds) if regions else None,
+                        len(seconds),
+                    )
+                )
     return rows

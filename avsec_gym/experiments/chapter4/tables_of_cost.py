@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.drawing.page_table import Table, figure, name
+from avsec_gym.experiments.chapter4.settings import ATTACKS
 from avsec_gym.experiments.chapter4.shown_figures import IN_WORDS, shown_condition
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
 
@@ -22,19 +23,26 @@ def tables_of_cost(summary: ConnectedSummary) -> list[Table]:
 
 
 def _bytes_table(summary: ConnectedSummary) -> Table:
-    return Table(
-        "Bytes that a vehicle sends at an instant",
-        ["condition", "method", "mean", "most"],
-        [
+    areas = {(row.condition, row.method, row.kind): row.area for row in summary.roc}
+    lines = []
+    for row in summary.sent:
+        found = [areas[row.condition, row.method, kind] for kind in ATTACKS]
+        lines.append(
             [
                 *(name(row.condition), name(IN_WORDS[row.method])),
                 figure(row.mean, digits=0),
                 figure(row.most, digits=0),
+                *(figure(area.value, area.interval, digits=3) for area in found),
             ]
-            for row in summary.sent
-        ],
-        "Attack-free; proposals are among it.",
+        )
+    return Table(
+        "Bytes that a vehicle sends at an instant, and what they buy",
+        ["condition", "method", "mean", "most", *(f"AUC, {kind}s" for kind in ATTACKS)],
+        lines,
+        "Bytes of attack-free instants, proposals among them; AUC over decidable regions, as"
+        " above.",
         names=2,
+        sortable=True,
     )
 
 
@@ -61,17 +69,23 @@ def _kinds_table(summary: ConnectedSummary) -> Table:
 def _instant_time_table(summary: ConnectedSummary) -> Table:
     return Table(
         "CPU time of an instant after the proposals",
-        ["condition", "attack", "method", "median, ms", "largest, ms", "instants"],
+        [
+            *("condition", "attack", "method", "median, ms", "largest, ms", "a region, ms"),
+            *("regions", "instants"),
+        ],
         [
             [
                 *(name(row.condition), name(row.state), name(IN_WORDS[row.method])),
                 figure(1000 * row.median),
                 figure(1000 * row.largest),
+                figure(None if row.of_region is None else 1000 * row.of_region, digits=2),
+                figure(row.regions, digits=1),
                 figure(row.instants, digits=0),
             ]
             for row in summary.after_proposals
         ],
-        "Of all vehicles and the base station together, on one core of the run’s machine.",
+        "Of all vehicles and the base station together, on one core of the run’s machine; of a"
+        " region, and the mean number of them, where attack-free instants are judged by all.",
         names=3,
         sortable=True,
     )

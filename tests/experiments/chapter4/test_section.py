@@ -89,6 +89,11 @@ def test_times_and_bytes_of_all_vehicles(summary: ConnectedSummary) -> None:
     assert rows["clean", "rays"].largest == pytest.approx(0.2)
     assert rows["clean", "rays"].median == pytest.approx(0.105)
     assert (rows["ghost", "rays"].median, rows["ghost", "rays"].instants) == (0.03, 16)
+    # Of attacked ones, only those about the attack are known.
+    each = rows["clean", "rays"]
+    assert each.regions is not None
+    assert each.of_region == pytest.approx(0.105 / each.regions, rel=0.1)
+    assert rows["ghost", "rays"].of_region is None
     kinds = {(row.sender, row.kind): (row.mean, row.most) for row in summary.sent_kinds}
     assert kinds["vehicle", "proposals"] == (20.0, 30)
     assert kinds["base station", "regions"] == (500.0, 500)
