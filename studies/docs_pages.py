@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from avsec_gym.storage.text_files import read_text
+from studies.chapter4.methods_table import methods_table
 from studies.driving_safety.ghost_places_table import ghost_places_table
 from studies.generated_blocks import with_blocks
 from studies.reproduce.chapter3 import chapter3_rows
@@ -29,6 +30,7 @@ _CHAPTERS: dict[str, Callable[[], list[ThesisRow]]] = {
     "docs/reproduce_chapter5.md": chapter5_rows,
 }
 _TABLES: dict[str, dict[str, Callable[[], list[str]]]] = {
+    "docs/connected.md": {"methods": methods_table},
     "docs/environments.md": {"ghost places": ghost_places_table},
     "docs/layouts.md": {
         "distances": distances_table,
