@@ -114,7 +114,7 @@ def new_manifest(
 
 
 def _from_here(path: Path) -> str:
-    """A path from the working folder where it lies below that: it says as much elsewhere."""
+    """A path from the working folder where it lies below that: it holds in another clone, too."""
     whole, here = path.absolute(), Path.cwd()
     return str(whole.relative_to(here)) if whole.is_relative_to(here) else str(path)
 

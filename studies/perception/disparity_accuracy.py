@@ -44,7 +44,7 @@ from studies.answer import answer
 from studies.perception.weights_facts import WeightsFacts, weights_facts
 
 PRESETS = ("small", "medium")
-"""Of PSMNet; both have the same weights."""
+"""Presets of PSMNet that are compared; both have the same weights."""
 _BENCHMARKS = ("stereo2012", "stereo2015")
 """The folders that they are looked for in."""
 
