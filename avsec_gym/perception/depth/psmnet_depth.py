@@ -57,7 +57,8 @@ class PsmNetDepth:
         right: int = 3,
     ) -> None:
         self.left, self.right = camera_number("left", left), camera_number("right", right)
-        if configuration == "medium" and weights == SHIPPED:
+        asked = (configuration, weights)
+        if all(isinstance(each, str) for each in asked) and asked == ("medium", SHIPPED):
             # The same network at another size: what the package ships for `small` is its, too.
             weights = shipped_weights(f"{self.name}_small")
         self.configuration, preset = chosen_edition(
