@@ -66,10 +66,7 @@ class PsmNetConfiguration:
 
     @classmethod
     def preset(cls, name: str) -> PsmNetConfiguration:
-        """``full`` (the original), ``small``, or ``medium``: it, on images half as large again.
-
-        The precision of both is in ``studies/results/detectors.md``, beside semi-global matching's.
-        """
+        """``full`` (the original), ``small``, or ``medium``: it, on images half as large again."""
         return preset_named("PSMNet", name, _PRESETS)
 
     def with_corners(self, aligned: bool) -> PsmNetConfiguration:
