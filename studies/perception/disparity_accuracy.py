@@ -43,6 +43,8 @@ from avsec_gym.storage.regular_files import is_folder
 from studies.answer import answer
 from studies.perception.weights_facts import WeightsFacts, weights_facts
 
+PRESETS = ("small", "medium")
+"""Presets of PSMNet that are compared; both have the same weights."""
 _BENCHMARKS = ("stereo2012", "stereo2015")
 """The folders that they are looked for in."""
 
@@ -105,8 +107,8 @@ class DisparityAccuracy:
     """The result; what was not asked for is None."""
 
     weights: WeightsFacts | None
-    input_size: list[int]
-    """Height and width, pixels."""
+    input_sizes: Mapping[str, list[int]]
+    """Height and width that each network reduces images to, pixels."""
     world: MeasuredPairs | None = field(default=None, metadata=OPTIONAL)
     real: Mapping[str, MeasuredPairs] | None = field(default=None, metadata=OPTIONAL)
     """Results on real pairs, by pair."""
@@ -122,15 +124,18 @@ def run(options: argparse.Namespace) -> DisparityAccuracy:
     if options.world is None and options.kitti is None:
         raise ConfigurationError("there is nothing to judge: give --world DIR or --kitti ROOT")
     weights = options.weights or shipped_weights("psmnet_small")
-    network = PsmNetDepth("small", str(weights))
-    size = network.configuration.input_size
-    assert size is not None, "the small network has one"
-    estimators = (
-        network,
-        ReducedMatching(size, network.configuration.disparities),
-        SemiGlobalMatching(),
+    networks = {f"psmnet_{preset}": PsmNetDepth(preset, str(weights)) for preset in PRESETS}
+    small = networks["psmnet_small"].configuration
+    sizes = {name: each.configuration.input_size for name, each in networks.items()}
+    assert small.input_size is not None, "the small network has one"
+    estimators: dict[str, DepthEstimator] = {
+        **networks,
+        "sgbm_reduced": ReducedMatching(small.input_size, small.disparities),
+        "sgbm": SemiGlobalMatching(),
+    }
+    result = DisparityAccuracy(
+        weights_facts(weights), {name: list(size) for name, size in sizes.items() if size}
     )
-    result = DisparityAccuracy(weights_facts(weights), list(size))
     if options.world is not None:
         pairs = world_pairs(options.world, options.limit)
         world = measured(estimators, pairs, options.resamples, options.seed)
@@ -142,7 +147,7 @@ def run(options: argparse.Namespace) -> DisparityAccuracy:
 
 
 def measured(
-    estimators: Sequence[DepthEstimator],
+    estimators: Mapping[str, DepthEstimator],
     pairs: Iterable[MatchedPair],
     resamples: int = 0,
     seed: int = 0,
@@ -150,29 +155,29 @@ def measured(
     """Errors of each estimator, and its time for a pair.
 
     Args:
-        estimators: The estimators.
+        estimators: The estimators, by name.
         pairs: One or more.
         resamples: Pairs are drawn anew so many times for 95 % intervals; 0: none.
         seed: The seed of these draws.
     """
     import torch
 
-    errors: dict[str, list[Errors]] = {estimator.name: [] for estimator in estimators}
-    seconds: dict[str, list[float]] = {estimator.name: [] for estimator in estimators}
+    errors: dict[str, list[Errors]] = {name: [] for name in estimators}
+    seconds: dict[str, list[float]] = {name: [] for name in estimators}
     for pair in pairs:
         pair.frame.stereo()
-        for estimator in estimators:
+        for name, estimator in estimators.items():
             begun = time.perf_counter()
             found = estimator.disparity(pair.frame).values
-            seconds[estimator.name].append(time.perf_counter() - begun)
-            errors[estimator.name].append(disparity_errors(found, pair.truth))
+            seconds[name].append(time.perf_counter() - begun)
+            errors[name].append(disparity_errors(found, pair.truth))
     rows = {
         name: EstimatorErrors(
             error_rates(errors[name], resamples, seed), round(statistics.median(seconds[name]), 4)
         )
         for name in errors
     }
-    count = len(errors[estimators[0].name])
+    count = max(len(of_one) for of_one in errors.values())
     return MeasuredPairs(count, torch.get_num_threads(), rows)
 
 

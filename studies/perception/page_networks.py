@@ -16,8 +16,9 @@ from studies.perception.single_sensor_precision import SingleSensorPrecision
 from studies.perception.weights_facts import SourceFacts
 
 _ESTIMATORS = {
-    "psmnet": "PSMNet, small",
-    "sgbm_reduced": "SGBM at PSMNet's input size",
+    "psmnet_small": "PSMNet, small",
+    "psmnet_medium": "PSMNet, medium",
+    "sgbm_reduced": "SGBM at the small PSMNet's input size",
     "sgbm": "SGBM at the camera's size",
 }
 _VALIDATED = {
@@ -189,14 +190,15 @@ def disparity(result: DisparityAccuracy) -> list[str]:
     if result.world:
         parts[f"{result.world.pairs} held-out pairs, dense truth"] = result.world
     parts |= {f"{name}, one real pair": figures for name, figures in (result.real or {}).items()}
+    sizes = [f"{width} x {height}" for height, width in result.input_sizes.values()]
     lines = [
         "## Disparity",
         "",
         "End-point error in pixels of the camera's image; wrong: off by more than 3 pixels, and"
         " (D1) by more than 5 % as well, in percent. *Found*: the pixels where an estimator gives"
         " something; *all*: every pixel with truth, occluded ones among them, holes filled as"
-        " KITTI's development kit fills them. PSMNet reduces images to"
-        f" {result.input_size[1]} x {result.input_size[0]} pixels. Intervals (95 %) by"
+        " KITTI's development kit fills them. Both presets of PSMNet have the same weights and"
+        f" reduce images to {' and '.join(sizes)} pixels. Intervals (95 %) by"
         " bootstrap over pairs; real pairs are out of PSMNet's domain.",
         "",
         "```",

@@ -48,7 +48,9 @@ def test_estimators_are_compared_on_the_same_pairs(tmp_path: Path) -> None:
     write_disparity(tmp_path / "training" / "disparity_2" / "000000.png", truth)
     (pair,) = world_pairs(tmp_path)
     assert np.array_equal(pair.truth, truth)
-    result = measured((SemiGlobalMatching(disparities=32),), [pair, MatchedPair(frame, truth)])
+    result = measured(
+        {"sgbm": SemiGlobalMatching(disparities=32)}, [pair, MatchedPair(frame, truth)]
+    )
     assert result.pairs == 2
     sgbm = result.estimators["sgbm"]
     assert (sgbm.rates.found.end_point_error.value or 9.0) < 0.2
@@ -59,7 +61,7 @@ def test_estimators_are_compared_on_the_same_pairs(tmp_path: Path) -> None:
 def test_real_pairs_are_found_beside_the_object_benchmark(shared: Path) -> None:
     pairs = list(real_pairs(shared / "kitti" / "object"))
     assert [pair.frame.id for pair in pairs] == ["stereo2012 000000_10", "stereo2015 000000_10"]
-    sgbm = measured((SemiGlobalMatching(),), pairs[1:]).estimators["sgbm"].rates
+    sgbm = measured({"sgbm": SemiGlobalMatching()}, pairs[1:]).estimators["sgbm"].rates
     found, every = sgbm.found.d1.value, sgbm.all.d1.value
     assert found is not None
     assert every is not None
@@ -86,7 +88,7 @@ def test_the_command(tmp_path: Path, shared: Path) -> None:
     kitti = shared / "kitti" / "object"
     assert main(["--kitti", str(kitti), "--weights", str(weights), "--json", str(out)]) == 0
     result = json.loads(out.read_text())
-    assert result["input_size"] == [160, 528]
+    assert result["input_sizes"]["psmnet_small"] == [160, 528]
     for pair in result["real"].values():
-        assert set(pair["estimators"]) == {"psmnet", "sgbm_reduced", "sgbm"}
-        assert pair["estimators"]["psmnet"]["density"]["value"] == 1.0
+        assert set(pair["estimators"]) == {"psmnet_small", "psmnet_medium", "sgbm_reduced", "sgbm"}
+        assert pair["estimators"]["psmnet_medium"]["density"]["value"] == 1.0
