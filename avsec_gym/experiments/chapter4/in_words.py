@@ -81,7 +81,8 @@ def _of_rays(summary: ConnectedSummary, condition: str, words: str, kind: Attack
         row.method: row for row in summary.roc if (row.condition, row.kind) == (condition, kind)
     }
     return (
-        f"{words}, rays detect {_detected(rows['rays'], areas['rays'])}, of"
+        f"{words}, at r = {OPERATING_RATE:g} rays detect"
+        f" {_detected(rows['rays'], areas['rays'])}, of"
         f" {rows['rays'].detected.of} decidable {kind}s; surfaces"
         f" {_detected(rows['surfaces'], areas['surfaces'])}."
     )
@@ -91,8 +92,8 @@ def _of_false_alarms(summary: ConnectedSummary, condition: str, words: str) -> s
     rows = _at_operating_rate(summary, condition, ATTACKS[0])
     return (
         f"{words}, {_share(rows['rays'].false_alarms)} of the judged attack-free regions exceed"
-        f" the threshold of rays, {_share(rows['surfaces'].false_alarms)} that of surfaces; both"
-        f" are of other places, for r = {100 * OPERATING_RATE:g} %."
+        f" the threshold of rays for r = {OPERATING_RATE:g}, {_share(rows['surfaces'].false_alarms)}"
+        " that of surfaces; both are of other places."
     )
 
 

@@ -78,9 +78,9 @@ def test_medium_is_small_on_larger_images_with_its_weights() -> None:
     ours, others = small.state_dict(), medium.state_dict()
     assert ours.keys() == others.keys()
     assert all(torch.equal(values, others[name]) for name, values in ours.items())
-    (height, width), disparities = PsmNetConfiguration.preset("medium").input_size or (0, 0), 128
-    assert (height, width) == (240, 784)
-    # As far as the small one sees, in the camera's pixels.
-    least = PsmNetConfiguration.preset("small")
+    least, larger = (PsmNetConfiguration.preset(name) for name in ("small", "medium"))
     assert least.input_size is not None
-    assert disparities / width >= least.disparities / least.input_size[1]
+    assert larger.input_size is not None
+    assert larger.input_size > least.input_size
+    # As near as the small one sees, in the camera's pixels.
+    assert larger.disparities / larger.input_size[1] >= least.disparities / least.input_size[1]

@@ -185,10 +185,8 @@ def test_a_region_made_for_it_convicts_none(
     monkeypatch.setattr(accusation, "CLEAR_RAYS", 0)
     monkeypatch.setattr(accusation, "LAYERS", 0)
     assert not _convicts(honest, region, _LIAR)
-    # It does if its author accuses by any ray, and all are trusted; in the last one more rays
-    # support, too.
-    trusting = DecisionRule(liars=0)
-    assert _convicts(honest, region, NO_LONE_AUTHOR, trusting) == (numbers != _FOUND[2])
+    # It does if its author accuses by any ray; in the last one more rays support, too.
+    assert _convicts(honest, region, NO_LONE_AUTHOR) == (numbers != _FOUND[2])
 
 
 def test_the_worst_of_many_regions_convict_no_honest_vehicle(honest: list[Observer]) -> None:

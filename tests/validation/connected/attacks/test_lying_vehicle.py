@@ -98,13 +98,6 @@ def _where_lower_rays_do_not_count(street: Search) -> Search:
     return scans, targets, replace(validator, constants=replace(constants, margins=margins))
 
 
-def _where_all_are_trusted(street: Search) -> Search:
-    scans, targets, validator = street
-    constants = validator.constants
-    rule = replace(constants.rule, liars=0)
-    return scans, targets, replace(validator, constants=replace(constants, rule=rule))
-
-
 def _aside() -> np.ndarray:
     """The region itself, claimed nearly whole by a vehicle that is not in it: it sees nothing."""
     numbers = np.full(NUMBERS, 0.5)
@@ -121,7 +114,7 @@ def test_the_lie_that_was_found_convicts_none_any_more(
     assert nearest_to_conviction(result, liar) < 0
     # As it was: a ring on a roof, and seven rays above it, were an accuser, though lower rays end
     # on the car, and the vehicle that sides with the accused did not count.
-    street = _where_all_are_trusted(_where_lower_rays_do_not_count(street))
+    street = _where_lower_rays_do_not_count(street)
     monkeypatch.setattr(accusation, "ACCUSERS", 1)
     assert _lied(street, _roof(street), _FOUND)[0].accused == ()
     monkeypatch.setattr(accusation, "CLEAR_RAYS", 0)
