@@ -92,8 +92,8 @@ def _of_false_alarms(summary: ConnectedSummary, condition: str, words: str) -> s
     rows = _at_operating_rate(summary, condition, ATTACKS[0])
     return (
         f"{words}, {_share(rows['rays'].false_alarms)} of the judged attack-free regions exceed"
-        f" the threshold of rays for r = {OPERATING_RATE:g}, {_share(rows['surfaces'].false_alarms)}"
-        " that of surfaces; both are of other places."
+        f" the threshold of rays for r = {OPERATING_RATE:g},"
+        f" {_share(rows['surfaces'].false_alarms)} that of surfaces; both are of other places."
     )
 
 
