@@ -3,7 +3,8 @@
 Run ``python -m studies.perception.disparity_accuracy --world DIR --kitti ROOT --json
 FILE``: on held-out pairs of the procedural world with dense truth, and, apart from them, on the
 real pairs of KITTI's stereo benchmarks at hand. Matching is done at the cameras' size, and at that
-to which PSMNet reduces images, which is the fair comparison.
+to which PSMNet reduces images, which is the fair comparison.  Semi-global matching leaves holes
+where it is in doubt: all estimators are therefore compared where it finds something, too.
 """
 
 from __future__ import annotations
@@ -27,12 +28,15 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.kitti.stereo import KittiStereo
+from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap
 from avsec_gym.metrics.disparity_errors import (
     DisparityRates,
     Errors,
+    PixelRates,
     disparity_errors,
     error_rates,
 )
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.perception.depth.depth import DepthEstimator, DisparityMap, pair_scale
 from avsec_gym.perception.depth.ground_truth import GroundTruthDepth
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
@@ -45,6 +49,9 @@ from studies.perception.weights_facts import WeightsFacts, weights_facts
 
 PRESETS = ("small", "medium")
 """Presets of PSMNet that are compared; both have the same weights."""
+MATCHING = "sgbm"
+"""Semi-global matching at the cameras' size, by name: the others are compared where it finds
+something."""
 _BENCHMARKS = ("stereo2012", "stereo2015")
 """The folders that they are looked for in."""
 
@@ -91,6 +98,11 @@ class EstimatorErrors:
 
     rates: DisparityRates = field(metadata=FLAT)
     seconds: float
+    where_matched: PixelRates
+    """Errors where semi-global matching finds something."""
+    more_wrong: Estimate
+    """Share of those pixels that is off by more than 3, less that of semi-global matching; its
+    interval is of pairs drawn anew."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +143,7 @@ def run(options: argparse.Namespace) -> DisparityAccuracy:
     estimators: dict[str, DepthEstimator] = {
         **networks,
         "sgbm_reduced": ReducedMatching(small.input_size, small.disparities),
-        "sgbm": SemiGlobalMatching(),
+        MATCHING: SemiGlobalMatching(),
     }
     result = DisparityAccuracy(
         weights_facts(weights), {name: list(size) for name, size in sizes.items() if size}
@@ -155,7 +167,7 @@ def measured(
     """Errors of each estimator, and its time for a pair.
 
     Args:
-        estimators: The estimators, by name.
+        estimators: The estimators, by name; `MATCHING` is among them.
         pairs: One or more.
         resamples: Pairs are drawn anew so many times for 95 % intervals; 0: none.
         seed: The seed of these draws.
@@ -163,22 +175,43 @@ def measured(
     import torch
 
     errors: dict[str, list[Errors]] = {name: [] for name in estimators}
+    where_matched: dict[str, list[Errors]] = {name: [] for name in estimators}
     seconds: dict[str, list[float]] = {name: [] for name in estimators}
     for pair in pairs:
         pair.frame.stereo()
+        found = dict[str, Disparity]()
         for name, estimator in estimators.items():
             begun = time.perf_counter()
-            found = estimator.disparity(pair.frame).values
+            found[name] = estimator.disparity(pair.frame).values
             seconds[name].append(time.perf_counter() - begun)
-            errors[name].append(disparity_errors(found, pair.truth))
+        matched = np.where(np.isfinite(found[MATCHING]), pair.truth, np.float32(np.nan))
+        for name, values in found.items():
+            errors[name].append(disparity_errors(values, pair.truth))
+            where_matched[name].append(disparity_errors(values, matched))
     rows = {
         name: EstimatorErrors(
-            error_rates(errors[name], resamples, seed), round(statistics.median(seconds[name]), 4)
+            error_rates(errors[name], resamples, seed),
+            round(statistics.median(seconds[name]), 4),
+            error_rates(where_matched[name], resamples, seed).all,
+            _more_wrong(where_matched[name], where_matched[MATCHING], resamples, seed),
         )
         for name in errors
     }
     count = max(len(of_one) for of_one in errors.values())
     return MeasuredPairs(count, torch.get_num_threads(), rows)
+
+
+def _more_wrong(
+    errors: Sequence[Errors], others: Sequence[Errors], resamples: int, seed: int
+) -> Estimate:
+    """How much more of all pixels is off by 3 pixels, in one estimator than in the other."""
+    pairs = ClusterBootstrap(len(errors), max(resamples, 1), seed)
+    first, second = (
+        pairs.ratio([each.all.off_3px for each in of], [each.all.pixels for each in of])
+        for of in (errors, others)
+    )
+    difference = first - second
+    return Estimate(round(difference.value, 5), difference.interval if resamples else None)
 
 
 def world_pairs(root: Path, limit: int | None = None) -> Iterator[MatchedPair]:

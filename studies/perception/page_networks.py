@@ -8,9 +8,10 @@ from typing import Any
 
 from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.disparity_errors import ErrorRate
+from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, number
 from studies.perception.detector_precision import ScoredDetector
-from studies.perception.disparity_accuracy import DisparityAccuracy
+from studies.perception.disparity_accuracy import MATCHING, DisparityAccuracy
 from studies.perception.real_frames import DetectorsInRealFrames, FrameCounts
 from studies.perception.single_sensor_precision import SingleSensorPrecision
 from studies.perception.weights_facts import SourceFacts
@@ -229,6 +230,20 @@ def disparity(result: DisparityAccuracy) -> list[str]:
              "> 3 px, %", "D1, %", "s a pair"],
             rows,
         )  # fmt: skip
+        lines += ["", "Where semi-global matching at the camera's size finds something:", ""]
+        lines += markdown_table(
+            ["estimator", "error, px", "> 3 px, %", "D1, %", "> 3 px more than SGBM, points"],
+            [
+                [
+                    _ESTIMATORS[name],
+                    _rate(figures.where_matched.end_point_error, 1),
+                    _rate(figures.where_matched.off_3px, 100),
+                    _rate(figures.where_matched.d1, 100),
+                    _points(figures.more_wrong) if name != MATCHING else UNKNOWN,
+                ]
+                for name, figures in part.estimators.items()
+            ],
+        )
     return lines
 
 
@@ -317,6 +332,14 @@ def _validated(metrics: Mapping[str, float]) -> str:
         if name in _VALIDATED:
             return f"{_VALIDATED[name]} {value:.1f}"
     return UNKNOWN
+
+
+def _points(difference: Estimate) -> str:
+    """A difference of shares, and its interval, in percentage points."""
+    if difference.value is None:
+        return UNKNOWN
+    bounds = difference.interval and [100 * bound for bound in difference.interval]
+    return interval(100 * difference.value, bounds, 2)
 
 
 def _rate(rate: ErrorRate, scale: float) -> str:

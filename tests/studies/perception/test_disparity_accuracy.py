@@ -11,6 +11,7 @@ import pytest
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import write_disparity
 from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.rig import kitti_rig
 from studies.perception.disparity_accuracy import (
@@ -56,6 +57,46 @@ def test_estimators_are_compared_on_the_same_pairs(tmp_path: Path) -> None:
     assert (sgbm.rates.found.end_point_error.value or 9.0) < 0.2
     assert 0.8 < (sgbm.rates.density.value or 0.0) < 1.0
     assert sgbm.seconds > 0
+
+
+def test_estimators_are_compared_where_matching_finds_something() -> None:
+    frame, half = shifted(20), MatchedPair(shifted(20), np.full((120, 430), 20, np.float32))
+
+    class FarOffAtHoles:
+        """Right where semi-global matching finds something, and nowhere else."""
+
+        name = "far_off_at_holes"
+
+        def disparity(self, frame: SensorFrame) -> DisparityMap:
+            found = SemiGlobalMatching(disparities=32).disparity(frame).values
+            return DisparityMap(np.where(np.isfinite(found), np.float32(20), np.float32(90)), 1.0)
+
+    class Lower:
+        """Off by ten pixels in the left half."""
+
+        name = "lower"
+
+        def disparity(self, frame: SensorFrame) -> DisparityMap:
+            values = np.full((120, 430), 20, np.float32)
+            values[:, :215] = 30
+            return DisparityMap(values, 1.0)
+
+    estimators = {"sgbm": SemiGlobalMatching(disparities=32), "a": FarOffAtHoles(), "b": Lower()}
+    rows = measured(estimators, [half, half], resamples=20).estimators
+    density, wrong = rows["sgbm"].rates.density.value, rows["sgbm"].where_matched.off_3px.value
+    assert density is not None
+    assert wrong is not None
+    assert wrong == rows["sgbm"].rates.found.off_3px.value
+    assert rows["sgbm"].more_wrong.value == 0
+    assert rows["a"].where_matched.off_3px.value == 0
+    assert rows["a"].rates.all.off_3px.value == pytest.approx(1 - density, abs=1e-4)
+    assert rows["a"].more_wrong.value == pytest.approx(-wrong, abs=1e-4)
+    # Nothing is found at the left border, so that of what is found less than half lies there.
+    found = np.isfinite(estimators["sgbm"].disparity(frame).values)
+    share = found[:, :215].sum() / found.sum()
+    assert rows["b"].where_matched.off_3px.value == pytest.approx(share, abs=1e-4)
+    assert rows["b"].more_wrong.value == pytest.approx(share - wrong, abs=1e-4)
+    assert rows["b"].more_wrong.interval is not None
 
 
 def test_real_pairs_are_found_beside_the_object_benchmark(shared: Path) -> None:
