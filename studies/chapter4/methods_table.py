@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from avsec_gym.experiments.chapter4.naming_rates import ENOUGH_WITNESSES
-from avsec_gym.experiments.chapter4.settings import ATTACKS, FIVE, METHODS, OPERATING_RATE, USUAL
+from avsec_gym.experiments.chapter4.settings import (
+    ATTACKS,
+    BY_RAYS,
+    FIVE,
+    METHODS,
+    OPERATING_RATE,
+    USUAL,
+)
 from avsec_gym.experiments.chapter4.shown_figures import IN_WORDS
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, share
 from studies.result_fields import ResultField, bounds_at, field, number_at, row
@@ -24,7 +31,13 @@ def methods_table() -> list[str]:
         names = [
             _FOUND.then(
                 "namings",
-                row(condition=FIVE.name, namer=method, kind=kind, witnesses=ENOUGH_WITNESSES),
+                row(
+                    condition=FIVE.name,
+                    namer=method,
+                    kind=kind,
+                    by=BY_RAYS,
+                    witnesses=ENOUGH_WITNESSES,
+                ),
                 "victim",
             )
             for kind in ATTACKS

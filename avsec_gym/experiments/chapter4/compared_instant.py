@@ -24,10 +24,11 @@ from avsec_gym.validation.connected.merged_proposals import merge_proposals
 from avsec_gym.validation.connected.ray_exchange import (
     decide_by_rays,
     exchange_rays,
-    is_decidable,
 )
 from avsec_gym.validation.connected.rays.decision import Decision
+from avsec_gym.validation.connected.rays.rates import decidable
 from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.result import AttackKind
 from avsec_gym.validation.connected.surface_exchange import (
     SurfaceDecision,
     decide_by_surfaces,
@@ -60,8 +61,8 @@ class ComparedInstant:
 
     Args:
         regions: What the base station made of the proposals, R of them.
-        decidable: Whether a vehicle has enough rays at what another claims to decide, whatever
-            they show, shape (R,).
+        deciding: Whether witness ``k`` has enough rays at what ``j`` claims in each region to
+            decide, whatever they show, shape (R, V, V).
         distances: Distances of the surfaces of all pairs of vehicles, metres, shape (R, V, V), NaN
             where nothing was compared (equation 4.1).
         results: The results by method.
@@ -71,12 +72,29 @@ class ComparedInstant:
     """
 
     regions: Regions
-    decidable: NDArray[np.bool_]
+    deciding: NDArray[np.bool_]
     distances: Floats
     results: Mapping[Method, MethodResult]
     named: Mapping[Namer, NamedVehicles]
     sent: Mapping[MessageKind, NDArray[np.int64]]
     from_station: Mapping[str, int]
+
+    @property
+    def decidable(self) -> NDArray[np.bool_]:
+        """Whether some vehicle decides about another one's claim in each region, shape (R,)."""
+        return np.asarray(self.deciding.any(axis=(1, 2)))
+
+    def witnesses(self, about: NDArray[np.bool_], victim: int, kind: AttackKind) -> int:
+        """The number of vehicles whose rays, or whose claims, decide about an attack's victim.
+
+        Args:
+            about: Whether each region is about what was attacked, shape (R,).
+            victim: The number of the attacked vehicle.
+            kind: What was attacked: of a ghost all others bear witness of the victim's claim, of a
+                removal the victim does of theirs.
+        """
+        pairs = self.deciding[about, victim] if kind == "ghost" else self.deciding[about, :, victim]
+        return int(np.delete(pairs, victim, axis=1).sum(axis=1).max(initial=0))
 
 
 def compared_instant(
@@ -132,7 +150,7 @@ def compared_instant(
     count = len(scans)
     return ComparedInstant(
         merged.regions,
-        is_decidable(heard.counts, constants.rates),
+        decidable(heard.counts, constants.rates),
         compared.distances,
         results,
         {

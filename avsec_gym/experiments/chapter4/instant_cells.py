@@ -44,7 +44,7 @@ from avsec_gym.validation.connected.result import AttackKind
 
 USUAL_COUNT = 200
 _WORK = f"{__name__}:ConnectedInstants"
-_FORMAT = 4
+_FORMAT = 5
 """Raised when what is measured changes, so that cells are done again."""
 _ATTACKS: dict[AttackKind, InstantAttack] = {
     "ghost": PastedObject(),

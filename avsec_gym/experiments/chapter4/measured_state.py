@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter4.settings import BY_GEOMETRY, SENT_BY, DecidedBy, Namer
+from avsec_gym.experiments.chapter4.settings import BY_GEOMETRY, BY_RAYS, SENT_BY, DecidedBy, Namer
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.connected.result import Naming
 from avsec_gym.validation.connected.validator import Method
@@ -46,6 +46,8 @@ class MeasuredState:
         distances: Distances of pairs of surfaces, metres, shape (D,): of all pairs, under an
             attack those of the victim (equation 4.1).
         pairs: The number of such pairs, compared or not.
+        witnesses_by_rays: The number of vehicles with which the counts of the method of rays, under
+            all errors, compare the victim there enough to decide; 0 without an attack.
         seconds: CPU time of all vehicles and the base station after the proposals, by method.
         sent: The bytes that each vehicle sent, by kind of message, shape (V,); empty under an
             attack.
@@ -61,6 +63,7 @@ class MeasuredState:
     honest: Mapping[Namer, int]
     distances: Floats
     pairs: int
+    witnesses_by_rays: int
     seconds: Mapping[Method, float]
     sent: Mapping[str, NDArray[np.int64]]
     from_station: Mapping[str, int]
@@ -74,6 +77,12 @@ class MeasuredState:
     def covered(self) -> bool:
         """Whether some region is about what was attacked."""
         return self.attack is not None and self.regions > 0
+
+    def witnesses(self, by: DecidedBy) -> int:
+        """The number of witnesses of the attack; 0 without one."""
+        if self.attack is None or by == BY_RAYS:
+            return self.witnesses_by_rays
+        return self.attack.witnesses
 
     def is_decidable(self, by: DecidedBy = BY_GEOMETRY) -> bool:
         """Whether one of the regions is decidable."""

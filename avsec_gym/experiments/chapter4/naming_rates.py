@@ -7,14 +7,30 @@ from dataclasses import dataclass
 
 from avsec_gym.experiments.chapter4.condition_states import ConditionStates
 from avsec_gym.experiments.chapter4.measured_state import MeasuredState
-from avsec_gym.experiments.chapter4.settings import ATTACKS, CLEAN, NAMERS, Namer, State
+from avsec_gym.experiments.chapter4.settings import (
+    ATTACKS,
+    BY_GEOMETRY,
+    BY_RAYS,
+    CLEAN,
+    NAMERS,
+    DecidedBy,
+    Namer,
+    State,
+)
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.validation.connected.result import AttackKind, Naming
 
 ENOUGH_WITNESSES = 3
 """Witnesses of an attack from whom on it can be expected that the victim is named."""
-LEAST_WITNESSES = (0, 1, ENOUGH_WITNESSES)
-"""What sets of attacks have at least: all, the decidable ones, those that several could tell."""
+LEAST_WITNESSES: tuple[tuple[DecidedBy, int], ...] = (
+    (BY_GEOMETRY, 0),
+    (BY_GEOMETRY, 1),
+    (BY_GEOMETRY, ENOUGH_WITNESSES),
+    (BY_RAYS, 1),
+    (BY_RAYS, ENOUGH_WITNESSES),
+)
+"""What sets of attacks have at least, by either count: all, the decidable ones, those that several
+could tell."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +41,8 @@ class NamingRate:
         condition: Name of the condition.
         kind: What was attacked.
         namer: The method, or the thesis' own rule, which asks for no two accusers.
+        by: What makes a vehicle a witness, the geometry of clean scans or the rays that count under
+            all errors.
         witnesses: Number of witnesses that the attacks have at least; with 1 or more, only those
             that a region is about.
         victim: The attacks of which it names the victim.
@@ -35,6 +53,7 @@ class NamingRate:
     condition: str
     kind: AttackKind
     namer: Namer
+    by: DecidedBy
     witnesses: int
     victim: Share
     another: Share
@@ -65,10 +84,10 @@ def naming_rates(states: ConditionStates) -> list[NamingRate]:
         states: All that a run holds of it.
     """
     return [
-        _rate(states, kind, namer, witnesses)
+        _rate(states, kind, namer, by, witnesses)
         for kind in ATTACKS
         for namer in NAMERS
-        for witnesses in LEAST_WITNESSES
+        for by, witnesses in LEAST_WITNESSES
     ]
 
 
@@ -92,13 +111,13 @@ def honest_named(states: ConditionStates) -> list[HonestNamed]:
     ]
 
 
-def _rate(states: ConditionStates, kind: AttackKind, namer: Namer, witnesses: int) -> NamingRate:
+def _rate(
+    states: ConditionStates, kind: AttackKind, namer: Namer, by: DecidedBy, witnesses: int
+) -> NamingRate:
     among = [
         state
         for state in states.attempts(kind)
-        if state.attack is not None
-        and state.attack.witnesses >= witnesses
-        and (state.covered or not witnesses)
+        if state.witnesses(by) >= witnesses and (state.covered or not witnesses)
     ]
 
     def named(naming: Naming) -> Share:
@@ -108,6 +127,7 @@ def _rate(states: ConditionStates, kind: AttackKind, namer: Namer, witnesses: in
         states.condition.name,
         kind,
         namer,
+        by,
         witnesses,
         victim=named(Naming.VICTIM),
         another=named(Naming.ANOTHER),

@@ -40,7 +40,9 @@ RATES = (0.01, 0.03, 0.1)
 CURVE_RATES = (0.0, 0.01, 0.02, 0.03, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 """Designated false positive rates r of figure 4b."""
 OPERATING_RATE = 0.03
-"""The rate of what is stated at one rate."""
+"""The rate of what is stated at one rate..."""
+EXACT_RATE = 0.01
+"""... and where poses and clocks are exact."""
 MOST_VEHICLES = 6
 """So many vehicles have sensors at every place; a condition takes the first of them."""
 

@@ -32,7 +32,7 @@ CATEGORIES = (
     "Misc",
 )
 """Categories by the number that stands for each in a row; the first is that of what has none."""
-_ATTACK, _DISTANCE, _PAIRS = "attack", "distance", "pairs"
+_ATTACK, _DISTANCE, _PAIRS, _WITNESSES = "attack", "distance", "pairs", "witnesses by rays"
 _SENT, _FROM_STATION = "sent", "from station"
 
 
@@ -51,6 +51,7 @@ def rows_of(measured: MeasuredState, setting: str) -> list[Measurement]:
     columns: dict[str, object] = {_ATTACK: _of_attack(measured.attack)}
     columns |= {_decidable(by): measured.decidable[by] for by in (BY_GEOMETRY, BY_RAYS)}
     columns |= {_DISTANCE: measured.distances, _PAIRS: [measured.pairs]}
+    columns[_WITNESSES] = [measured.witnesses_by_rays]
     for method in METHODS:
         columns |= {
             _score(method): measured.scores[method],
@@ -98,7 +99,7 @@ def _is_whole(columns: Mapping[str, Mapping[int, float]]) -> bool:
     of_regions = [_score(method) for method in METHODS] + [
         _probability(method) for method in METHODS
     ]
-    scalars = [_ATTACK, _PAIRS, *(_seconds(method) for method in METHODS)]
+    scalars = [_ATTACK, _PAIRS, _WITNESSES, *(_seconds(method) for method in METHODS)]
     scalars += [_honest(namer) for namer in NAMERS]
     return all(len(columns.get(name, {})) == regions for name in of_regions) and all(
         name in columns for name in scalars
@@ -124,6 +125,7 @@ def _state(place: str, columns: Mapping[str, Mapping[int, float]]) -> MeasuredSt
         {namer: int(column(_honest(namer))[0]) for namer in NAMERS},
         column(_DISTANCE),
         int(column(_PAIRS)[0]),
+        int(column(_WITNESSES)[0]),
         {method: float(column(_seconds(method))[0]) for method in METHODS},
         {kind: sent.astype(np.int64) for kind, sent in of_kinds(_SENT).items()},
         {kind: int(sent[0]) for kind, sent in of_kinds(_FROM_STATION).items()},

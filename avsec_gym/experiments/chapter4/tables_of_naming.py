@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from avsec_gym.drawing.page_table import Table, figure, name
 from avsec_gym.experiments.chapter4.naming_rates import ENOUGH_WITNESSES
+from avsec_gym.experiments.chapter4.settings import BY_GEOMETRY, BY_RAYS, DecidedBy
 from avsec_gym.experiments.chapter4.shown_figures import (
     IN_WORDS,
     INTERVALS,
@@ -12,10 +13,12 @@ from avsec_gym.experiments.chapter4.shown_figures import (
 )
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
 
-_AMONG = {
-    0: "all",
-    1: "decidable and proposed",
-    ENOUGH_WITNESSES: f"... with {ENOUGH_WITNESSES} witnesses or more",
+_AMONG: dict[tuple[DecidedBy, int], str] = {
+    (BY_GEOMETRY, 0): "all",
+    (BY_GEOMETRY, 1): "decidable and proposed",
+    (BY_GEOMETRY, ENOUGH_WITNESSES): f"... with {ENOUGH_WITNESSES} witnesses or more",
+    (BY_RAYS, 1): "decidable by counts",
+    (BY_RAYS, ENOUGH_WITNESSES): f"... with {ENOUGH_WITNESSES} witnesses or more by counts",
 }
 
 
@@ -37,7 +40,7 @@ def _naming_table(summary: ConnectedSummary) -> Table:
         ],
         [
             [
-                *(name(row.condition), name(row.kind), name(_AMONG[row.witnesses])),
+                *(name(row.condition), name(row.kind), name(_AMONG[row.by, row.witnesses])),
                 name(IN_WORDS[row.namer]),
                 figure(row.victim.of, digits=0),
                 *(percent(share) for share in (row.victim, row.another, row.cannot_tell)),
@@ -45,9 +48,11 @@ def _naming_table(summary: ConnectedSummary) -> Table:
             for row in summary.namings
         ],
         "By the thresholds of the fit, in the region about the attack with the highest score; the"
-        " rest does not alarm. Witnesses: by geometry, vehicles with which the victim’s scan can be"
-        " compared there. Of two vehicles neither is named. The thesis’ rule names by distances"
-        " alone; all others only whom enough independent vehicles accuse."
+        " rest does not alarm. Witnesses: by the geometry of clean scans at true poses, vehicles"
+        " with which the victim’s scan can be compared there; by counts, those with which enough"
+        " rays compare it under all errors, whatever they show. Of two vehicles neither is named."
+        " The thesis’ rule names by distances alone; all others only whom enough independent"
+        " vehicles accuse."
         f" {INTERVALS}.",
         names=4,
         sortable=True,

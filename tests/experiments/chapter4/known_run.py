@@ -59,6 +59,7 @@ def clean(number: int) -> MeasuredState:
         {**dict.fromkeys(NAMERS, 0), "rays": int(number == 0)},
         DISTANCES,
         6,
+        0,
         {"surfaces": 1.0, "rays": 0.01 * (number + 1), "learned": 1.1},
         {
             "proposals": np.array([10, 20, 30]),
@@ -100,6 +101,7 @@ def attacked(number: int, kind: AttackKind = "ghost") -> MeasuredState:
         {**dict.fromkeys(NAMERS, 0), "thesis": int(turn == 4)},
         np.full(regions, 1.2),
         2 * regions,
+        3 * int(turn == 4),
         dict.fromkeys(METHODS, 0.03),
         {},
         {},

@@ -9,7 +9,7 @@ import pytest
 from avsec_gym.drawing.page_figure import Figure
 from avsec_gym.experiments.chapter4.in_words import connected_sentences
 from avsec_gym.experiments.chapter4.section import connected_section
-from avsec_gym.experiments.chapter4.settings import FIVE
+from avsec_gym.experiments.chapter4.settings import BY_GEOMETRY, BY_RAYS, FIVE
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary, connected_summary
 from avsec_gym.experiments.json_rows import as_json, row_of
 from tests.experiments.chapter4.known_run import Kept, known_rows
@@ -44,7 +44,7 @@ def test_names_are_counted_by_witnesses(summary: ConnectedSummary) -> None:
     rows = {
         (row.namer, row.witnesses): (row.victim.of, row.victim.count, row.another.count)
         for row in summary.namings
-        if row.kind == "ghost"
+        if (row.kind, row.by) == ("ghost", BY_GEOMETRY)
     }
     each = PLACES // 5
     assert rows["rays", 0] == (4 * each, 3 * each, 0)
@@ -53,6 +53,12 @@ def test_names_are_counted_by_witnesses(summary: ConnectedSummary) -> None:
     assert rows["learned", 3] == (each, 0, each)
     # What the thesis names alone may be named no longer once two others have to accuse.
     assert (rows["thesis", 1], rows["surfaces", 1]) == ((2 * each, each, 0), (2 * each, 0, 0))
+    by_rays = {
+        row.witnesses: (row.victim.of, row.victim.count)
+        for row in summary.namings
+        if (row.kind, row.by, row.namer) == ("ghost", BY_RAYS, "rays")
+    }
+    assert by_rays == {1: (each, each), 3: (each, each)}
     cannot_tell = next(row for row in summary.namings if row.namer == "surfaces").cannot_tell
     assert cannot_tell.count == 2 * each
 
@@ -164,7 +170,8 @@ def test_the_section_is_whole(summary: ConnectedSummary) -> None:
     assert (
         "0.0 % [0.0, 16.1] of the judged attack-free regions exceed the threshold of rays" in said
     )
-    assert "rays detect 100.0 % [67.6, 100.0], AUC 1.000, of 8" in said
+    assert "rays detect 100.0 % [51.0, 100.0], AUC 1.000, of 4 ghosts" in said
+    assert "and 100.0 % [67.6, 100.0], AUC 1.000, of the 8 of which clean scans" in said
     assert "(thesis: 70 %)" in said
 
 
@@ -173,8 +180,9 @@ def test_names_of_five_vehicles_are_stated() -> None:
     assert found is not None
     ghosts, removals = connected_sentences(found)
     assert "rays name the victim of 100.0 % [51.0, 100.0]" in ghosts
-    assert "of 4 decidable ghosts with 3 witnesses or more" in ghosts
-    assert "of 4 decidable removals" in removals
+    assert "of 4 ghosts of which 3 witnesses or more have 5 rays" in ghosts
+    assert "of the 4 of which so many clean scans" in ghosts
+    assert "of 4 removals of which 3 witnesses" in removals
 
 
 def test_without_judged_instants_nothing_is_shown() -> None:

@@ -327,7 +327,9 @@ def test_who_passes_through_what_the_accusers_claim_sides_with_the_accused() -> 
     assert named() == CANNOT_TELL
 
 
-def _accused(accusing: dict[int, int], vehicles: int = 4, liars: int = 0) -> int:
+def _accused(
+    accusing: dict[int, int], vehicles: int = 4, liars: int = 0, author: int = NO_LONE_AUTHOR
+) -> int:
     """Who is named where vehicles pass through what vehicle 0 claims, by so many rays each."""
     counts = np.zeros((2, vehicles, vehicles, 3), np.int64)
     for witness, rays in accusing.items():
@@ -337,7 +339,7 @@ def _accused(accusing: dict[int, int], vehicles: int = 4, liars: int = 0) -> int
     rule = DecisionRule(liars=liars)
     decision = decide(counts, _RATES, rule)
     assert decision.named[0] == 0
-    layers, authors = np.full((2, vehicles), LAYERS), np.full(2, NO_LONE_AUTHOR)
+    layers, authors = np.full((2, vehicles), LAYERS), np.full(2, author)
     return int(upheld_by_rays(decision, counts, layers, authors, _RATES, rule)[0])
 
 
@@ -345,6 +347,17 @@ def _accused(accusing: dict[int, int], vehicles: int = 4, liars: int = 0) -> int
 def test_two_clear_accusers_name_a_vehicle(vehicles: int) -> None:
     assert _accused({1: CLEAR_RAYS, 2: CLEAR_RAYS}, vehicles) == 0
     assert _accused({1: 30, 2: CLEAR_RAYS - 1}, vehicles) == CANNOT_TELL
+
+
+def test_the_author_of_a_region_is_a_third_voice() -> None:
+    weak = CLEAR_RAYS - 1
+    assert _accused({1: 30, 2: 30}, author=2) == CANNOT_TELL
+    assert _accused({1: 30, 2: weak, 3: 30}, author=3) == 0
+    assert _accused({1: 30, 2: 30, 3: weak}, author=3) == 0
+    assert _accused({1: 30, 2: weak, 3: weak}, author=3) == CANNOT_TELL
+    assert _accused({1: weak, 2: weak, 3: 30}, author=3) == CANNOT_TELL
+    # Of a third who contradicts nothing there is no voice.
+    assert _accused({1: 30, 3: 30}, author=3) == CANNOT_TELL
 
 
 def test_where_one_may_lie_a_third_accuses_who_need_not_be_clear() -> None:
