@@ -40,6 +40,6 @@ def connected_section(summary: ConnectedSummary) -> Section:
         link="Connected vehicles",
         context=f"{judged} judged instants of each condition, each at a place of its own; ghosts"
         " are pasted and objects removed once at each. Regions are those that the vehicles propose"
-        " from their scans, not true boxes. Decidable is what clean scans from true poses decide,"
-        " for all methods alike.",
+        " from their scans, not true boxes. Decidable is, where nothing else is written, what clean"
+        " scans from true poses decide, for all methods alike.",
     )
