@@ -14,6 +14,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
@@ -35,8 +36,24 @@ from studies.perception.kept_detections import (
 )
 from studies.perception.weights_facts import WeightsFacts, weights_facts
 
-BARS = {"dsgn": 53.0, "dsgn_medium": 53.0, "stereo_rcnn": 38.0}
-"""AP11 of cars in space, moderate, IoU 0.7, that the small networks are to reach here."""
+
+class Aim(NamedTuple):
+    """The AP11 of cars in space, moderate, that a network is to reach here."""
+
+    must: float
+    """At IoU 0.7."""
+    goal: float
+    """At IoU 0.7."""
+    must_loosely: float
+    """At IoU 0.5."""
+
+
+AIMS = {
+    "dsgn": Aim(32.0, 45.0, 65.0),
+    "dsgn_medium": Aim(42.0, 53.0, 72.0),
+    "stereo_rcnn": Aim(40.0, 50.0, 72.0),
+}
+"""Set before the trainings on the world's second edition."""
 _DSGN = (70.94, 52.98, 47.29)
 THESIS = {"dsgn": _DSGN, "dsgn_medium": _DSGN, "stereo_rcnn": (56.47, 38.20, 32.66)}
 """The same of the full networks on real KITTI, easy, moderate and hard (section 5.4)."""
@@ -53,8 +70,6 @@ class ScoredDetector:
     asked: str
     """What is asked, as the command line names it."""
     weights: WeightsFacts | None
-    bar: float | None
-    """See `BARS`."""
     thesis: tuple[float, float, float] | None
     """See `THESIS`."""
     scores: DetectorScores = field(metadata=FLAT)
@@ -104,7 +119,6 @@ def run(options: argparse.Namespace) -> DetectorPrecision:
         result[name] = ScoredDetector(
             asked=text,
             weights=weights_facts(weights),
-            bar=BARS.get(name),
             thesis=THESIS.get(name),
             scores=detector_scores(truth, found[name], options.resamples, options.seed),
             seconds=seconds_a_frame(asked, data, ids[: options.timed]),
@@ -175,7 +189,7 @@ def _weights(asked: Mapping[str, str]) -> Path | None:
     if "weights" in asked:
         return Path(asked["weights"])
     preset = asked.get("configuration", "small")
-    return shipped_weights(f"{asked['name']}_{preset}") if asked["name"] in BARS else None
+    return shipped_weights(f"{asked['name']}_{preset}") if asked["name"] in AIMS else None
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

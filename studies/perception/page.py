@@ -22,12 +22,13 @@ from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
 from studies.perception.classifier_accuracy import ClassifierAccuracy
 from studies.perception.detection_errors import LEVEL
-from studies.perception.detector_precision import DetectorPrecision
+from studies.perception.detector_precision import AIMS, DetectorPrecision
 from studies.perception.detector_scores import Interval
 from studies.perception.disparity_accuracy import DisparityAccuracy
 from studies.perception.page_classifiers import classifiers
 from studies.perception.page_errors import examples, metres, reasons
 from studies.perception.page_frames import designs, world_make
+from studies.perception.page_history import every_scoring, real_then_and_now, trainings
 from studies.perception.page_networks import (
     DetectorTimes,
     RankedDetector,
@@ -42,11 +43,13 @@ from studies.perception.page_single_sensor import moderate, single_sensor
 from studies.perception.real_frames import DetectorsInRealFrames
 from studies.perception.single_sensor_precision import SingleSensorPrecision
 from studies.perception.training_curves import NetworkCurves
+from studies.perception.training_history import TrainingHistory
 
 FILES = {
     "detectors": "detectors.json",
     "single": "single_sensor_detectors.json",
     "curves": "detector_training.json",
+    "history": "training_history.json",
     "real": "real_frames.json",
     "disparity": "disparity.json",
     "classifiers": "classifiers.json",
@@ -68,6 +71,7 @@ class DetectorResults:
     detectors: DetectorPrecision
     single: SingleSensorPrecision | None = None
     curves: Mapping[str, NetworkCurves] | None = None
+    history: TrainingHistory | None = None
     real: DetectorsInRealFrames | None = None
     disparity: DisparityAccuracy | None = None
     classifiers: ClassifierAccuracy | None = None
@@ -122,6 +126,7 @@ def read_results(folder: Path) -> DetectorResults:
         detectors,
         single=read("single", lambda found: row_of(SingleSensorPrecision, found)),
         curves=read("curves", _curves),
+        history=read("history", lambda found: row_of(TrainingHistory, found)),
         real=read("real", lambda found: row_of(DetectorsInRealFrames, found)),
         disparity=read("disparity", lambda found: row_of(DisparityAccuracy, found)),
         classifiers=read("classifiers", lambda found: row_of(ClassifierAccuracy, found)),
@@ -140,7 +145,7 @@ def page(results: DetectorResults) -> str:
     scores = results.detectors
     sections = [
         _head(scores),
-        _bar(scores),
+        _musts(scores),
         _in_full(scores),
         _by_distance(scores),
         _by_assets(scores),
@@ -148,7 +153,10 @@ def page(results: DetectorResults) -> str:
         examples(scores),
         single_sensor(results.single) if results.single else [],
         training(scores.detectors, results.single, results.disparity, bool(results.curves)),
+        trainings(results.history) if results.history else [],
+        every_scoring(results.history.scorings) if results.history else [],
         real(results.real) if results.real else [],
+        real_then_and_now(results.history.real) if results.history else [],
         disparity(results.disparity) if results.disparity else [],
         classifiers(results.classifiers) if results.classifiers else [],
         seconds(results.seconds) if results.seconds else [],
@@ -201,38 +209,46 @@ def _held_out(scores: DetectorPrecision) -> str:
     return f"The networks were trained and validated on others (suite and seed: {known})."
 
 
-def _bar(scores: DetectorPrecision) -> list[str]:
+def _musts(scores: DetectorPrecision) -> list[str]:
     rows, remarks = [], []
     reached: dict[str, float] = {}
     for name, figures in scores.detectors.items():
         strict, loose = (figures.scores.average_precision[iou]["3d"] for iou in ("0.7", "0.5"))
-        value = reached[name] = strict.ap11[LEVEL] or 0.0
+        value, loosely = (each.ap11[LEVEL] or 0.0 for each in (strict, loose))
+        reached[name] = value
+        aim = AIMS.get(name)
         rows.append(
             [
                 f"`{name}`",
                 moderate(strict.ap11, strict.ap11_interval),
-                number(figures.bar, 0),
+                number(aim and aim.must, 0),
+                number(aim and aim.goal, 0),
                 moderate(strict.ap40, strict.ap40_interval),
                 moderate(loose.ap11, loose.ap11_interval),
+                number(aim and aim.must_loosely, 0),
                 moderate(loose.ap40, loose.ap40_interval),
                 number(figures.thesis and figures.thesis[LEVEL], 2),
             ]
         )
-        if figures.bar is not None:
-            less = figures.bar - value
-            remarks.append(
-                f"`{name}` {'misses' if less > 0 else 'passes'} the bar by {abs(less):.1f}."
+        if aim is not None:
+            met = value >= aim.must and loosely >= aim.must_loosely
+            goal = (
+                f"misses its goal by {aim.goal - value:.1f}"
+                if value < aim.goal
+                else f"passes its goal by {value - aim.goal:.1f}"
             )
+            remarks.append(f"`{name}` {'meets' if met else 'misses'} what it must and {goal}.")
     order = sorted(reached, key=lambda name: -reached[name])
     return [
-        "## Against the bar",
+        "## Against what they must",
         "",
-        "Cars in space, moderate. The bar is that of AP11 at IoU 0.7, set by the thesis' figures"
-        " for the full networks on real KITTI, which stand beside it: other networks, other data.",
+        "Cars in space, moderate, with what was asked of each network before it was trained. Beside"
+        " it stand the thesis' figures for the full networks on real KITTI: other networks, other"
+        " data.",
         "",
         *markdown_table(
-            ["detector", "AP11, IoU 0.7", "bar", "AP40, IoU 0.7", "AP11, IoU 0.5", "AP40, IoU 0.5",
-             "thesis, AP11, IoU 0.7"],
+            ["detector", "AP11, IoU 0.7", "must", "goal", "AP40, IoU 0.7", "AP11, IoU 0.5",
+             "must", "AP40, IoU 0.5", "thesis, AP11, IoU 0.7"],
             rows,
         ),
         "",

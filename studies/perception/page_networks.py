@@ -104,8 +104,6 @@ def training(
             _frames(card.data.validation),
             f"{_in_all([each.epochs for each in card.trainings])};"
             f" {_in_all([each.steps for each in card.trainings])}",
-            _in_all([each.minutes for each in card.trainings]),
-            card.hardware or UNKNOWN,
             number(card.seed, 0),
             _validated(card.metrics),
             f"`{card.sha256[:12]}`",
@@ -115,11 +113,12 @@ def training(
     lines = [
         "## Training",
         "",
-        "By the cards beside the weights: of the best validation, or the last (`--keep last`).",
+        "By the cards beside the weights: of the best validation, or the last (`--keep last`)."
+        " Frames are those of the last training, epochs and steps those of all.",
         "",
         *markdown_table(
             ["network", "parameters", "MB", "trained on", "validated on", "epochs; steps",
-             "minutes", "hardware", "seed", "validation", "sha256"],
+             "seed", "validation", "sha256"],
             rows,
         ),
         "",

@@ -1,0 +1,152 @@
+"""Parts of detectors.md on how the weights came about, and on every scoring."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
+
+from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
+from studies.perception.training_history import (
+    RealScoring,
+    Scoring,
+    Training,
+    TrainingHistory,
+)
+
+Row = TypeVar("Row", Training, RealScoring)
+_LEADING = {
+    "Car_3d_ap11": "AP11 in space",
+    "Car_3d_ap40": "AP40 in space",
+    "Car_bev_ap40": "AP40 from above",
+    "Car_2d_ap40": "AP40 in the image",
+    "right_3px": "right to 3 px and 5 %",
+    "accuracy": "accuracy",
+}
+"""The metric that leads in a card."""
+
+
+def trainings(history: TrainingHistory) -> list[str]:
+    """Each training of the shipped weights: images, hardware, time, and what came of it."""
+    rows = []
+    for network, legs in _by_network(history.trainings).items():
+        seen = 0
+        for leg in legs:
+            seen += leg.images or 0
+            rows.append(
+                [
+                    f"`{network}`",
+                    leg.date or UNKNOWN,
+                    "; ".join(leg.data) or UNKNOWN,
+                    number(leg.images, 0),
+                    number(seen, 0),
+                    leg.hardware or UNKNOWN,
+                    number(leg.minutes, 0),
+                    number(leg.images_per_hour, 0),
+                    _validation(leg.validation),
+                ]
+            )
+    return [
+        "## How the weights came about",
+        "",
+        "Each training of the weights in the package, from the cards that git's history holds: the"
+        " network's curve over all images that it has seen, and the computing that it took. Each"
+        " was validated on frames of its own, so that a step may be the frames'. A dash: weights"
+        " that no commit brought, of which the next card states the command and the steps alone.",
+        "",
+        *markdown_table(
+            ["network", "committed", "trained on", "images", "in all", "hardware", "minutes",
+             "images an hour", "validation"],
+            rows,
+        ),
+        "",
+        f"In all {_computing(history.trainings)}.",
+    ]  # fmt: skip
+
+
+def every_scoring(scorings: Sequence[Scoring]) -> list[str]:
+    """All scorings of the stereo detectors, whichever weights and frames."""
+    rows = [
+        [
+            each.date,
+            f"{each.seed}",
+            each.assets,
+            number(each.frames, 0),
+            f"`{each.network}`",
+            f"`{each.sha256[:8]}`",
+            f"{each.iou70:.1f} ({each.interval70[0]:.1f} to {each.interval70[1]:.1f})",
+            number(each.iou50, 1),
+        ]
+        for each in scorings
+    ]
+    return [
+        "## Every scoring",
+        "",
+        "AP11 of cars in space, moderate, of every version of this page, with intervals over the"
+        " frames of one seed. Frames of seed 2 are of the first edition of the world and all its"
+        " designs; all others are of designs that no network was trained on. How far the figures"
+        " of one network differ between seeds shows what 400 frames decide.",
+        "",
+        *markdown_table(
+            ["date", "seed", "designs", "frames", "detector", "weights", "IoU 0.7", "IoU 0.5"],
+            rows,
+        ),
+    ]
+
+
+def real_then_and_now(scorings: Sequence[RealScoring]) -> list[str]:
+    """What networks find in real frames: the first and the present weights."""
+    rows = []
+    for network, found in _by_network(scorings).items():
+        first, now = found[0], found[-1]
+        rows.append(
+            [
+                f"`{network}`",
+                number(now.frames, 0),
+                *_found(first),
+                *_found(now),
+                "fewer" if now.found < first.found else "as many" if now.found == first.found
+                else "more",
+            ]
+        )  # fmt: skip
+    return [
+        "## Real frames, then and now",
+        "",
+        "Moderate cars found in the real frames at hand, by the first weights of which there is a"
+        " result and by those in the package, each from its own working point. So few cars decide"
+        " nothing: one more or less is one of these.",
+        "",
+        *markdown_table(
+            ["detector", "frames", "first: found", "false alarms", "now: found", "false alarms",
+             "now finds"],
+            rows,
+        ),
+    ]  # fmt: skip
+
+
+def _found(scoring: RealScoring) -> list[str]:
+    of = scoring.found + scoring.missed
+    return [f"{scoring.found} of {of} ({scoring.date})", str(scoring.false_alarms)]
+
+
+def _by_network(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row.network, []).append(row)
+    return found
+
+
+def _validation(metrics: Mapping[str, float]) -> str:
+    for name, value in metrics.items():
+        # An accuracy is a share of 1, everything else is in percent.
+        percent = 100 * value if name == "accuracy" else value
+        return f"{_LEADING.get(name, name)} {number(percent, 1)}"
+    return UNKNOWN
+
+
+def _computing(trainings: Sequence[Training]) -> str:
+    """Hours by hardware."""
+    hours: dict[str, float] = {}
+    for each in trainings:
+        where = each.hardware or "hardware that no card states"
+        hours[where] = hours.get(where, 0.0) + (each.minutes or 0.0) / 60
+    return ", ".join(f"{number(spent, 1)} hours on {where}" for where, spent in hours.items())

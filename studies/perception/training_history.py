@@ -1,0 +1,284 @@
+"""How the shipped weights came about: their trainings, and every scoring, from the git history.
+
+Run ``python -m studies.perception.training_history --json FILE`` in a clone with its whole history.
+A card of weights holds the commands and steps of all trainings before its own, and the
+hardware and the validation of its own alone: those of the others stand in the cards that earlier
+commits had.  Scorings are those that results of earlier commits hold: on judged frames, and on the
+few real frames at hand.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from avsec_gym.errors import ConfigurationError
+from studies.answer import answer
+from studies.study import ROOT
+
+WEIGHTS = "avsec_gym/perception/weights"
+NETWORKS = {
+    "dsgn": "dsgn_small",
+    "dsgn_medium": "dsgn_medium",
+    "stereo_rcnn": "stereo_rcnn_small",
+    "pixor": "pixor_small",
+    "pointrcnn": "pointrcnn_small",
+    "faster_rcnn": "faster_rcnn_small",
+    "yolo": "yolo_small",
+    "psmnet": "psmnet_small",
+    "motion": "motion_small",
+    "road_type": "road_type_small",
+}
+"""The card of each network."""
+PLACES = ("studies/results", "docs/results")
+"""Where results are, and were."""
+_USUAL_BATCH = 4
+"""Samples of a step where a command names none."""
+_BATCH = re.compile(r"--batch (\d+)")
+
+
+@dataclass(frozen=True)
+class Training:
+    """One of the trainings that made a network's weights."""
+
+    network: str
+    date: str | None
+    """The day of the commit that brought its weights; None where none did."""
+    sha256: str | None
+    images: int | None
+    """Images it saw, each as often as it was seen."""
+    minutes: float | None
+    images_per_hour: float | None
+    hardware: str | None
+    validation: Mapping[str, float]
+    """The metric that leads, of the frames that it was validated on."""
+    data: Sequence[str]
+    """What it was trained on, such as ``840 frames of mixed, seed 7308``; empty: not recorded."""
+
+
+@dataclass(frozen=True)
+class Scoring:
+    """A detector's precision on frames that nothing was chosen on, cars, moderate, AP11."""
+
+    date: str
+    seed: int | None
+    assets: str
+    frames: int
+    network: str
+    sha256: str
+    iou70: float
+    iou50: float
+    interval70: Sequence[float]
+
+
+@dataclass(frozen=True)
+class RealScoring:
+    """What a detector found in real frames, of the moderate cars there."""
+
+    date: str
+    network: str
+    sha256: str
+    frames: int
+    found: int
+    missed: int
+    false_alarms: int
+
+
+@dataclass(frozen=True)
+class TrainingHistory:
+    """The result, each part in the order of time."""
+
+    trainings: Sequence[Training]
+    scorings: Sequence[Scoring]
+    real: Sequence[RealScoring]
+
+
+class KeptFile(NamedTuple):
+    """A file as a commit has it."""
+
+    date: str
+    content: Mapping[str, Any]
+
+
+def run(options: argparse.Namespace) -> TrainingHistory:
+    """Read the history.
+
+    Raises:
+        ConfigurationError: This is no clone with its history.
+    """
+    return TrainingHistory(
+        [row for name, card in NETWORKS.items() for row in trainings_of(name, _cards(card))],
+        list(scorings(_results("detectors.json"))),
+        [
+            *real_of_stereo(_results("real_frames.json"), list(_results("detectors.json"))),
+            *real_of_one_sensor(_results("single_sensor_detectors.json")),
+        ],
+    )
+
+
+def trainings_of(network: str, cards: Sequence[KeptFile]) -> list[Training]:
+    """The trainings that made the last card's weights, one after the other.
+
+    Args:
+        network: The network's name.
+        cards: Its cards, as commits brought them, the last of them last.
+    """
+    if not cards:
+        return []
+    of_weights = {kept.content["sha256"]: kept for kept in cards}
+    last = cards[-1].content
+    rows = []
+    for step in [*last.get("before", ()), last]:
+        kept = of_weights.get(step.get("sha256"))
+        card = {} if kept is None else kept.content
+        rows.append(
+            Training(
+                network,
+                None if kept is None else kept.date,
+                step.get("sha256"),
+                _images(step, card),
+                card.get("minutes", step.get("minutes")),
+                card.get("images_per_hour"),
+                card.get("hardware"),
+                dict(list(card.get("metrics", {}).items())[:1]),
+                [_in_words(source) for source in card.get("data", {}).get("training", ())],
+            )
+        )
+    return rows
+
+
+def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
+    """The scorings that were new in each version of the result of `detector_precision`.
+
+    Args:
+        results: The versions, in the order of time.
+    """
+    seen = set()
+    for kept in results:
+        data = kept.content["data"]
+        for network, found in kept.content["detectors"].items():
+            key = data["fingerprint"], found["weights"]["sha256"]
+            if key in seen:
+                continue
+            seen.add(key)
+            precision = {iou: found["average_precision"][iou]["3d"] for iou in ("0.7", "0.5")}
+            yield Scoring(
+                kept.date,
+                data["seed"],
+                data.get("assets") or "all",
+                data["frames"],
+                network,
+                key[1],
+                precision["0.7"]["ap11"][1],
+                precision["0.5"]["ap11"][1],
+                precision["0.7"]["ap11_interval"][1],
+            )
+
+
+def real_of_stereo(
+    results: Iterator[KeptFile], precisions: Sequence[KeptFile]
+) -> Iterator[RealScoring]:
+    """What stereo detectors found in real frames.
+
+    Args:
+        results: Versions of the result of `real_frames`.
+        precisions: Versions of that of `detector_precision`, which name the weights of the day.
+    """
+    seen = set()
+    for kept in results:
+        before = [each for each in precisions if each.date <= kept.date]
+        for network, found in kept.content["detectors"].items():
+            weights = [
+                each.content["detectors"][network]["weights"]["sha256"]
+                for each in before
+                if network in each.content["detectors"]
+            ]
+            counts = list(found["frames"].values())
+            numbers = [sum(frame[key] for frame in counts) for key in _COUNTS]
+            if weights and (network, weights[-1]) not in seen:
+                seen.add((network, weights[-1]))
+                yield RealScoring(kept.date, network, weights[-1], len(counts), *numbers)
+
+
+def real_of_one_sensor(results: Iterator[KeptFile]) -> Iterator[RealScoring]:
+    """What detectors of one sensor found in real frames.
+
+    Args:
+        results: Versions of the result of `single_sensor_precision`.
+    """
+    seen = set()
+    for kept in results:
+        for network, found in kept.content["detectors"].items():
+            sha256, real = found["weights"]["sha256"], found.get("real")
+            if real and (network, sha256) not in seen:
+                seen.add((network, sha256))
+                # Once a number, then their names.
+                frames = real["frames"] if isinstance(real["frames"], int) else len(real["frames"])
+                numbers = [real[key] for key in _COUNTS]
+                yield RealScoring(kept.date, network, sha256, frames, *numbers)
+
+
+_COUNTS = ("found", "missed", "false_alarms")
+
+
+def _images(step: Mapping[str, Any], card: Mapping[str, Any]) -> int | None:
+    """Images that a training saw: as its card counted, or by steps and their size."""
+    if card.get("samples_seen"):
+        return int(card["samples_seen"])
+    if step.get("steps") is None:
+        return None
+    given = _BATCH.search(step.get("command") or "")
+    return int(step["steps"]) * (int(given[1]) if given else _USUAL_BATCH)
+
+
+def _in_words(source: Mapping[str, Any] | str) -> str:
+    if isinstance(source, str):
+        return source
+    settings = source.get("settings") or {}
+    return f"{source.get('frames')} frames of {settings.get('suite')}, seed {settings.get('seed')}"
+
+
+def _cards(name: str) -> list[KeptFile]:
+    return list(_versions([f"{WEIGHTS}/{name}.json"]))
+
+
+def _results(name: str) -> Iterator[KeptFile]:
+    return _versions([f"{place}/{name}" for place in PLACES])
+
+
+def _versions(paths: Sequence[str]) -> Iterator[KeptFile]:
+    """A file as each commit left it, the oldest first."""
+    log = _git("log", "--reverse", "--format=%H %cs", "--", *paths)
+    for line in log.splitlines():
+        commit, date = line.split()
+        for path in paths:
+            if text := _git("show", f"{commit}:{path}", may_fail=True):
+                yield KeptFile(date, json.loads(text))
+                break
+
+
+def _git(*words: str, may_fail: bool = False) -> str:
+    found = subprocess.run(["git", *words], capture_output=True, text=True, cwd=ROOT, check=False)
+    if found.returncode and not may_fail:
+        raise ConfigurationError(
+            f"the history is read from a git clone, and git reports: {found.stderr.strip()}"
+        )
+    return "" if found.returncode else found.stdout
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
