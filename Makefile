@@ -68,5 +68,5 @@ clean: fresh
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "avsec-gym needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv .venv
 	$(PIP) install --quiet "$$(grep '^torch==' constraints.txt)" -c constraints.txt
-	$(PIP) install --quiet -e '.[dev,docs,view,adversarial,distributed]' -c constraints.txt
+	$(PIP) install --quiet -e '.[dev,docs,view,train,adversarial,distributed]' -c constraints.txt
 	touch $@

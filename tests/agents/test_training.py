@@ -158,7 +158,7 @@ def test_a_loaded_agent_acts_like_the_trained_one(trained: Path) -> None:
 def test_damaged_agents_are_refused(
     trained: Path, tmp_path: Path, name: str, content: bytes | None, problem: str
 ) -> None:
-    for path in trained.iterdir():
+    for path in filter(Path.is_file, trained.iterdir()):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / name).unlink()
     if content is not None:
@@ -194,7 +194,7 @@ def test_the_file_of_a_configuration_that_cannot_be_is_named(tmp_path: Path) -> 
 
 
 def test_weights_of_another_agent_are_refused(trained: Path, tmp_path: Path) -> None:
-    for path in trained.iterdir():
+    for path in filter(Path.is_file, trained.iterdir()):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     card = json.loads((tmp_path / CARD).read_text())
     (tmp_path / CARD).write_text(json.dumps(card | {"sha256": "0" * 64}))
