@@ -21,14 +21,14 @@ from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_set import SceneSet
-from avsec_gym.scenario.scene_sets import LAYOUTS, scene_set
+from avsec_gym.scenario.scene_sets import KITTI_CONTESTED, LAYOUTS, MIXED_CONTESTED, scene_set
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.world.layouts import MOST_LAYOUTS
 
 DRIVES = "drives"
 """Names procedural drives on the world's own road."""
-NAMED = (LAYOUTS, DRIVES, KITTI_TRACKING, KITTI_RAW)
+NAMED = (LAYOUTS, MIXED_CONTESTED, KITTI_CONTESTED, DRIVES, KITTI_TRACKING, KITTI_RAW)
 """All names of scenes to drive in."""
 _DRIVES_COUNT = 100
 _MOST_VEHICLES = 10
@@ -104,11 +104,15 @@ def loop_scenes(
 
     Args:
         source: ``drives``: procedural drives on the world's own road; ``layouts``: procedural
-            scenes on the thesis' straight lanes, movers at constant velocity; ``kitti_tracking``
-            or ``kitti_raw``: windows of the recordings under `root`, on a corridor along the
-            recorded car's path; a folder of labelled scenarios, of KITTI labels or of the KITTI
-            object data, as ``layouts``; or a folder of CommonRoad files, on their own roads.
-        kitti: Root of the KITTI object data, for a list of ids.
+            scenes on the thesis' straight lanes, movers at constant velocity;
+            ``mixed_contested``: those of them in which a blind car drives unsafely and one that
+            sees drives safely; ``kitti_contested``: the same of the labels in `kitti`;
+            ``kitti_tracking`` or ``kitti_raw``: windows of the recordings under `root`, on a
+            corridor along the recorded car's path; a folder of labelled scenarios, of KITTI labels
+            or of the KITTI object data, as ``layouts``; or a folder of CommonRoad files, on their
+            own roads.
+        kitti: Root of the KITTI object data, for a list of ids; any folder of labels, for
+            ``kitti_contested``.
         seed: Seed of speeds, layouts and drives.
         count: Number of scenes; None: all (200 layouts, 100 drives).
         people: Whether pedestrians and cyclists are there.

@@ -8,7 +8,6 @@ from typing import Any
 
 import gymnasium as gym
 from highway_env.envs.common.abstract import AbstractEnv
-from highway_env.envs.common.action import action_factory
 
 from avsec_gym.argument_checks import number, one_of
 from avsec_gym.attacks.attack import LEFT, RIGHT
@@ -29,7 +28,7 @@ from avsec_gym.closed_loop.sensor_needs import sensing
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.traffic import RoadTraffic
 from avsec_gym.closed_loop.traffic_scene import DURATION
-from avsec_gym.envs.closed_loop_actions import car_on_road, checked_driving
+from avsec_gym.envs.closed_loop_actions import action_of, car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
 from avsec_gym.envs.closed_loop_observation import observation_of
 from avsec_gym.envs.closed_loop_parts import (
@@ -124,10 +123,12 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     ## Arguments
     * `scenarios="drives"`: 100 procedural drives on the world's own road, straight or bent, each
       made when it is first driven (0.2 s); `"layouts"`: procedural scenes on the thesis' straight
-      lanes, where every intention has a lane, their movers at constant velocity; a folder of
-      labelled scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
+      lanes, where every intention has a lane, their movers at constant velocity;
+      `"mixed_contested"`: those in which a blind car drives unsafely; a folder of labelled
+      scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
       `{"source": "drives", "seed": 1, "count": 20, "people": False}`, or
-      `{"source": "kitti_tracking", "root": FOLDER}` (or `"kitti_raw"`): KITTI's recordings.
+      `{"source": "kitti_tracking", "root": FOLDER}` (or `"kitti_raw"`): KITTI's recordings;
+      `{"source": "kitti_contested", "kitti": FOLDER}`: the contested ones of a folder of labels.
     * `perception="truth"`: or `"blind"`; or `"lidar"`: a scan is rendered from where the car is,
       for a LiDAR detector (`"pixor"` where none is named); or `"stereo"`: a pair of images is, at
       the width that the detector reads (`"dsgn"`); or `"sensors"`: images of full width and a scan,
@@ -232,7 +233,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     def define_spaces(self) -> None:
         """Observation and action by the configuration; observations show the belief."""
         self.observation_type = observation_of(self, self.config["observation"])
-        self.action_type = action_factory(self, self.config["action"])
+        self.action_type = action_of(self, self.config["action"])
         self.observation_space = self.observation_type.space()
         # An equal action space stays the same object, which may have been seeded.
         action_space = self.action_type.space()

@@ -7,8 +7,10 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from highway_env.envs.common.action import ActionType, action_factory
 from highway_env.road.road import Road
 
+from avsec_gym.argument_checks import one_of
 from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.closed_loop.vehicles import Car, CarWithMetaActions
@@ -26,9 +28,6 @@ def car_on_road(scene: TrafficScene, road: Road, action: Mapping[str, Any]) -> C
         scene: The scene.
         road: highway-env's road of it.
         action: The part of highway-env's configuration that states what actions are.
-
-    Raises:
-        ConfigurationError: These actions are for several vehicles.
     """
     start = scene.start
     place = mirrored_points([start.x, start.y]), mirrored_angle(start.heading), start.velocity
@@ -37,12 +36,24 @@ def car_on_road(scene: TrafficScene, road: Road, action: Mapping[str, Any]) -> C
         speeds = action.get("target_speeds")
         speeds = np.linspace(0.0, high, _SPEEDS) if speeds is None else np.asarray(speeds, float)
         car: Car = CarWithMetaActions(road, *place, target_speed=low, target_speeds=speeds)
-    elif action["type"] in _DIRECT:
-        car = Car(road, *place)
     else:
-        raise ConfigurationError("one car is driven: multi-agent actions have none to drive")
+        car = Car(road, *place)
     car.steering_angle = mirrored_angle(start.steering_angle)
     return car
+
+
+def action_of(env: Any, config: dict[str, Any]) -> ActionType:
+    """The actions that a configuration names.
+
+    Args:
+        env: The environment.
+        config: A type of highway-env's, such as ``{"type": "DiscreteMetaAction"}``.
+
+    Raises:
+        ConfigurationError: There is no such type, or it is for several vehicles.
+    """
+    one_of("type of actions", config.get("type"), (_META, *_DIRECT))
+    return action_factory(env, config)
 
 
 def checked_driving(action: Any, space: gym.spaces.Space[Any]) -> Any:

@@ -13,7 +13,7 @@ from highway_env.road.road import Road
 from highway_env.vehicle.kinematics import Vehicle
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import whole_number
+from avsec_gym.argument_checks import one_of, whole_number
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.relative_poses import seen_from
@@ -28,6 +28,21 @@ OWN, EACH = 13, 9
 """Numbers about the car, and about each object."""
 RANGE = 50.0
 """Metres of the plane that an observation's x reaches; its y reaches 20 m."""
+OBSERVATIONS = (
+    "Driver",
+    "Frame",
+    "Kinematics",
+    "KinematicsGoal",
+    "OccupancyGrid",
+    "TimeToCollision",
+    "LidarObservation",
+    "GrayscaleObservation",
+    "AttributesObservation",
+    "ExitObservation",
+    "TupleObservation",
+    "MultiAgentObservation",
+)
+"""Types of observations: two of this project, and highway-env's."""
 MOST_PIXELS = 10_000
 """The largest side of an observed image, pixels."""
 
@@ -198,9 +213,13 @@ def observation_of(env: Any, config: dict[str, Any]) -> ObservationType:
         env: The environment.
         config: ``{"type": "Driver"}``; ``{"type": "Frame"}``; or one of highway-env's, which shows
             believed objects.
+
+    Raises:
+        ConfigurationError: There is no such observation.
     """
-    if config["type"] == "Driver":
+    kind = one_of("observation", config.get("type"), OBSERVATIONS)
+    if kind == "Driver":
         return DriverObservation(env, **config)
-    if config["type"] == "Frame":
+    if kind == "Frame":
         return FrameObservation(env, **config)
     return observation_factory(BelievedRoad(env), config)

@@ -14,14 +14,15 @@ from avsec_gym.closed_loop.drive_log import first_contact
 from avsec_gym.closed_loop.procedural_drives import procedural_drive
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.evaluation.contested import contested_layouts
 from avsec_gym.geometry import wrap_angle
 from avsec_gym.scenario.intention import Intention
 
 FEW = {"source": "layouts", "count": 4}
 
 
-def made(**arguments: Any) -> Any:
-    return gym.make("avsec/ClosedLoop-v0", scenarios=FEW, **arguments)
+def made(scenarios: Any = FEW, **arguments: Any) -> Any:
+    return gym.make("avsec/ClosedLoop-v0", scenarios=scenarios, **arguments)
 
 
 def test_it_is_an_environment_of_highway_env() -> None:
@@ -115,6 +116,12 @@ def test_wrong_configurations_are_refused() -> None:
         made(config={"policy_frequenzy": 5})
     with pytest.raises(ConfigurationError, match="dictionary"):
         made(config=5)
+    with pytest.raises(ConfigurationError, match='Did you mean "Kinematics"'):
+        made(config={"observation": {"type": "Kinematic"}})
+    with pytest.raises(ConfigurationError, match='Did you mean "ContinuousAction"'):
+        made(config={"action": {"type": "Continuous"}})
+    with pytest.raises(ConfigurationError, match="no type of actions None"):
+        made(config={"action": {}})
     with pytest.raises(ConfigurationError, match="sensor data"):
         made(perception="sensors", detector="oracle")
 
@@ -181,3 +188,13 @@ def test_parts_that_would_never_be_asked_are_refused(
         pytest.skip("the agent plays the attack")
     with pytest.raises(ConfigurationError, match=f"{next(iter(part))} would never be asked"):
         gym.make(id, scenarios=FEW, perception=perception, **part)
+
+
+def test_contested_scenes_are_driven_in_by_name() -> None:
+    env = made(scenarios={"source": "mixed_contested", "count": 2})
+    ids = {env.reset(seed=seed)[1]["scenario"] for seed in range(6)}
+    assert ids == {scene.id for scene in contested_layouts(2).scenes}
+    with pytest.raises(ConfigurationError, match="kitti_contested are the contested ones"):
+        made(scenarios="kitti_contested")
+    with pytest.raises(ConfigurationError, match='Did you mean "mixed_contested"'):
+        made(scenarios="mixed_contest")
