@@ -17,7 +17,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
 from avsec_gym.envs.info import episode_info
-from avsec_gym.envs.observations import FEATURES, IMAGES
+from avsec_gym.envs.observations import FEATURES, IMAGES, THUMBNAIL, THUMBNAILS, thumbnail
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.rendering import DrawnEnv
@@ -26,7 +26,7 @@ from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.envs.stereo_profile import SIZE, stereo_profile
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
-from avsec_gym.geometry import bird_eye_iou
+from avsec_gym.geometry import Floats, bird_eye_iou
 from avsec_gym.pipeline import Episode, Perception, Pipeline
 from avsec_gym.registry import Kind
 from avsec_gym.scenario.builder import is_obstacle
@@ -74,8 +74,10 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     row; and with `points=M` above 0 `points`, `Box(-1e4, 1e4, (4 M,), float32)`, the LiDAR scan as
     x, y, z (velodyne frame), reflectance, thinned out evenly if there are more, padded with zeros.
     H and W are those of the first frame; larger images lose their right and bottom margins, smaller
-    ones are padded with black there.  With `observation="features"` `Box(0, 1, (128,), float32)`:
-    what stands around the car by stereo matching, see
+    ones are padded with black there.  With `observation="thumbnails"` both images are
+    `Box(0, 255, (48, 160, 3), uint8)`, few enough pixels for stable-baselines3's
+    `MultiInputPolicy`, and the calibration is that of these pixels.  With `observation="features"`
+    `Box(0, 1, (128,), float32)`: what stands around the car by stereo matching, see
     `avsec_gym.envs.stereo_profile.stereo_profile`.
 
     ## Action
@@ -110,7 +112,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
       attack takes the gradients of another one:
       `{"name": "transferred", "attack": "thesis_pgd", "of": "dsgn"}`.
     * `max_boxes=50`: rows of an action, at most 1,000; `points=0`: of the scan, at most 1,000,000.
-    * `observation="images"`: or `"features"`, see above.
+    * `observation="images"`: or `"thumbnails"`, or `"features"`, see above.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene.
@@ -133,14 +135,14 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         super().__init__(render_mode)
         self.coding = BoxCoding(max_boxes)
         self.points = whole_number("points", points, 0, MOST_POINTS)
-        self.observation = one_of("observation", observation, (IMAGES, FEATURES))
+        self.observation = one_of("observation", observation, (IMAGES, THUMBNAILS, FEATURES))
         self.parts = parts_of(self, parts)
         check_frame_scenes(self.parts.scenarios, self.parts.road)
         check_attacked(self.parts.attack, sensors_of(self.parts.scenarios), "the scenes")
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.coding.size,), np.float32)
         features = gym.spaces.Box(0.0, 1.0, (SIZE,), np.float32)
         self.observation_space: gym.Space[Any] = (
-            self._sensor_space() if self.observation == IMAGES else features
+            features if self.observation == FEATURES else self._sensor_space()
         )
         self._agent = Reported(2 + (self.points > 0))
         self._situation: tuple[Scene, Intention] | None = None
@@ -232,9 +234,11 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         return self.parts.car(self._agent)
 
     def _sensor_space(self) -> gym.spaces.Dict:
-        """The sensors' data, at the size of the first frame."""
-        scenes = frame_scenes_of(self.parts.scenarios)
-        self._size = scenes.frame(scenes.scenes.labelled[0]).image(LEFT).shape
+        """The sensors' data, at the size of the first frame or as thumbnails."""
+        self._size: tuple[int, ...] = (*THUMBNAIL, 3)
+        if self.observation == IMAGES:
+            scenes = frame_scenes_of(self.parts.scenarios)
+            self._size = scenes.frame(scenes.scenes.labelled[0]).image(LEFT).shape
         spaces: dict[str, gym.Space[Any]] = {
             "left": gym.spaces.Box(0, 255, self._size, np.uint8),
             "right": gym.spaces.Box(0, 255, self._size, np.uint8),
@@ -276,10 +280,10 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         frame = self.frame
         if self.observation == FEATURES:
             return stereo_profile(frame).astype(np.float32)
-        projections = [frame.calibration.projection(camera).ravel() for camera in (2, 3)]
+        projections = [self._projection(frame, camera).ravel() for camera in (2, 3)]
         result: dict[str, NDArray[Any]] = {
-            "left": _fitted(frame.image(2), self._size),
-            "right": _fitted(frame.image(3), self._size),
+            "left": self._image(frame.image(2)),
+            "right": self._image(frame.image(3)),
             "calibration": np.concatenate(projections),
         }
         if self.points:
@@ -288,6 +292,23 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
             result["points"] = np.zeros(4 * self.points, np.float32)
             result["points"][: len(thinned)] = thinned
         return result
+
+    def _image(self, image: Image) -> Image:
+        """An image as the agent sees it."""
+        return thumbnail(image) if self.observation == THUMBNAILS else _fitted(image, self._size)
+
+    def _projection(self, frame: SensorFrame, camera: int) -> Floats:
+        """The projection onto the pixels of the image that the agent sees, shape (3, 4)."""
+        projection = frame.calibration.projection(camera)
+        if self.observation != THUMBNAILS:
+            return projection
+        height, width = frame.image(camera).shape[:2]
+        across, down = THUMBNAIL[1] / width, THUMBNAIL[0] / height
+        # Pixels are counted by their centres.
+        onto = np.array(
+            [[across, 0.0, (across - 1.0) / 2.0], [0.0, down, (down - 1.0) / 2.0], [0.0, 0.0, 1.0]]
+        )
+        return np.asarray(onto @ projection)
 
     def _info(self) -> dict[str, Any]:
         scene, intention = self._present

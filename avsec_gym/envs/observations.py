@@ -9,6 +9,8 @@ from avsec_gym.frame import Image
 
 FEATURES, IMAGES, BOTH = "features", "images", "both"
 """Names of what an agent sees; `BOTH` is a dictionary of the first two."""
+THUMBNAILS = "thumbnails"
+"""Name of a pair of small images, with its calibration."""
 FRAME = "frame"
 """Name of what a driver sees beside features: the frame that the car's sensors deliver."""
 THUMBNAIL = (48, 160)

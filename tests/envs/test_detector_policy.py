@@ -8,6 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 
@@ -103,3 +104,26 @@ def test_many_observations_at_once_need_a_detector_that_looks(env: Any) -> None:
     assert DetectorPolicy(Watcher()).predict(stacked)[0].shape == (2, 400)
     with pytest.raises(ConfigurationError, match="plays that one alone"):
         DetectorPolicy(Watcher(), env).predict(stacked)
+
+
+def test_thumbnails_are_the_images_made_small_with_their_own_calibration(env: Any) -> None:
+    small = gym.make(ID, observation="thumbnails")
+    seen, full = small.reset(seed=3)[0], env.reset(seed=3)[0]
+    assert {name: space.shape for name, space in small.observation_space.spaces.items()} == {
+        "left": (48, 160, 3),
+        "right": (48, 160, 3),
+        "calibration": (24,),
+    }
+    height, width = full["left"].shape[:2]
+    # A grey pixel is the mean of its part of the image; a place lies at the same share of both.
+    assert abs(float(seen["left"].mean()) - float(full["left"].mean())) < 1.0
+    place = np.array([1.0, 1.5, 12.0, 1.0])
+    for first in (0, 12):
+        (u, v, w), (x, y, z) = (
+            each["calibration"][first : first + 12].reshape(3, 4) @ place for each in (seen, full)
+        )
+        assert (u / w + 0.5) / 160 == pytest.approx((x / z + 0.5) / width)
+        assert (v / w + 0.5) / 48 == pytest.approx((y / z + 0.5) / height)
+    model = PPO("MultiInputPolicy", small, n_steps=4, batch_size=4)
+    assert sum(each.numel() for each in model.policy.parameters()) < 5_000_000
+    small.close()

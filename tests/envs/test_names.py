@@ -119,7 +119,7 @@ def test_gym_make_tells_it_as_it_is(entry: Any) -> None:
 
 # Those whose car is attacked, and how it comes to read its sensors.
 ATTACKED: dict[str, list[dict[str, Any]]] = {
-    "avsec/DetectorBenchmark-v0": [{}, {"observation": "features"}],
+    "avsec/DetectorBenchmark-v0": [{}, {"observation": "thumbnails"}, {"observation": "features"}],
     "avsec/SensorIdentification-v0": [{}, {"scenarios": "mixed"}],
     "avsec/ClosedLoop-v0": [
         {"scenarios": "drives", "perception": level} for level in ("sensors", "lidar", "stereo")

@@ -18,7 +18,7 @@ STEPS = 32
 CHEAP: dict[str, dict[str, Any]] = {
     "avsec/GhostObject-v0": {"scenarios": {"name": "layouts", "count": 8}},
     "avsec/GhostObject-v1": {"scenarios": {"name": "layouts", "count": 8}},
-    "avsec/DetectorBenchmark-v0": {"observation": "features"},
+    "avsec/DetectorBenchmark-v0": {"observation": "thumbnails"},
     "avsec/ClosedLoop-v0": {"scenarios": {"source": "layouts", "count": 2}, "duration": 1.0},
     "avsec/ClosedLoopAttack-v0": {"scenarios": {"source": "layouts", "count": 1}},
 }
@@ -37,7 +37,9 @@ def test_ppo_learns_in_every_environment(id: str, request: pytest.FixtureRequest
     if id in RENDERED:
         request.getfixturevalue("small_suite")
     env = Monitor(gym.make(id, **(arguments(id) | CHEAP.get(id, {}))))
-    model = PPO("MlpPolicy", env, n_steps=STEPS // 2, batch_size=8, n_epochs=1, seed=0)
+    has_images = isinstance(env.observation_space, gym.spaces.Dict)
+    policy = "MultiInputPolicy" if has_images else "MlpPolicy"
+    model = PPO(policy, env, n_steps=STEPS // 2, batch_size=8, n_epochs=1, seed=0)
     before = {name: value.clone() for name, value in model.policy.state_dict().items()}
     model.learn(STEPS)
     after = model.policy.state_dict()
