@@ -2,8 +2,8 @@
 
     python -m studies.driving_safety.closed_loop --runs runs/closed_loop --json closed_loop.json
 
-reads what `avsec drive` left in ``labels``, ``drives``, ``tracking`` and ``rendered`` below that
-folder, of these those that are there, such as by
+reads what `avsec drive` left in ``labels``, ``drives``, ``tracking``, ``rendered`` and ``models``
+below that folder, of these those that are there, such as by
 
     avsec drive --scenarios LABELS --limit 100 --out runs/closed_loop/labels
     avsec drive --scenarios drives --limit 100 --intention all --out runs/closed_loop/drives
@@ -17,8 +17,10 @@ model has nothing to validate, 50 scenes on rendered sensors by
         --attack '{"name": "facula", "camera": 2}'
         --validator '{"name": "thresholds", "thresholds": "FITS"}'
 
-where FITS is ``avsec_gym/validation/fits/kitti_lidar_3_2.thresholds.json``.  `closed_loop_page`
-shows the result.
+where FITS is ``avsec_gym/validation/fits/kitti_lidar_3_2.thresholds.json``.  In ``models`` the same
+scenes are driven with error models and with what they are models of, rendered: a setting
+``rendered_dsgn_patch`` beside one of the error model ``dsgn_patch``.  `closed_loop_page` shows the
+result.
 Settings that are added, such as an error model of a detector under an attack, come into the table
 by themselves.  Every collision at fault under truth is listed, with its certificates: whether no
 car could have avoided it, and from when on no plan did.
@@ -52,9 +54,14 @@ SETS = {
     "drives": by_scene,
     "tracking": by_recording,
     "rendered": by_scene,
+    "models": by_scene,
 }
 """Folders, and which of their drives are one cluster."""
 TRUTH, BLIND = "truth", "blind"
+RENDERED = "rendered_"
+"""What the name of a setting begins with that renders what an error model is a model of."""
+FEWEST = 50
+"""Scenes in which a model is held against rendered sensors, at least, before it is believed."""
 _RESAMPLES = 2000
 
 
@@ -124,6 +131,24 @@ class LoopTable:
 
 
 @dataclass(frozen=True)
+class JudgedModel:
+    """An error model held against rendered sensors, on the same scenes.
+
+    Args:
+        model: The model's name.
+        rendered: Share of the rendered drives with a collision.
+        modelled: The same of those with the model.
+        believed: Whether the model's share lies within the interval of the rendered one, on
+            `FEWEST` scenes or more; else no drive by it is evidence about the detector.
+    """
+
+    model: str
+    rendered: Share
+    modelled: Share
+    believed: bool
+
+
+@dataclass(frozen=True)
 class LoopTables:
     """A table for each of `SETS`; None: there are no drives."""
 
@@ -131,6 +156,9 @@ class LoopTables:
     drives: LoopTable | None = field(default=None, metadata=OPTIONAL)
     tracking: LoopTable | None = field(default=None, metadata=OPTIONAL)
     rendered: LoopTable | None = field(default=None, metadata=OPTIONAL)
+    models: LoopTable | None = field(default=None, metadata=OPTIONAL)
+    judged_models: Sequence[JudgedModel] = ()
+    """The error models of ``models``."""
 
 
 def table(folder: Path) -> LoopTable:
@@ -154,6 +182,32 @@ def table(folder: Path) -> LoopTable:
         ranking=ranking(rows, attacked, cluster),
         truth_at_fault=_explained(folder, rows),
     )
+
+
+def judged_models(table: LoopTable) -> list[JudgedModel]:
+    """Every error model beside which the same detector was rendered.
+
+    Args:
+        table: The drives, of settings ``MODEL`` and ``rendered_MODEL``.
+    """
+    collisions = {each.summary.setting: each.summary.rates["collision"] for each in table.settings}
+    return [
+        JudgedModel(
+            name.removeprefix(RENDERED),
+            rendered,
+            modelled := collisions[name.removeprefix(RENDERED)],
+            believed=_is_within(modelled, rendered),
+        )
+        for name, rendered in collisions.items()
+        if name.startswith(RENDERED) and name.removeprefix(RENDERED) in collisions
+    ]
+
+
+def _is_within(modelled: Share, rendered: Share) -> bool:
+    if modelled.rate is None or rendered.interval is None or rendered.of < FEWEST:
+        return False
+    low, high = rendered.interval
+    return bool(low <= modelled.rate <= high)
 
 
 def ranking(rows: Sequence[DriveRow], settings: Sequence[str], cluster: Cluster) -> Ranking:
@@ -218,7 +272,9 @@ def main() -> None:
     parser.add_argument("--json", type=Path, required=True)
     given = parser.parse_args()
     there = [name for name in SETS if (given.runs / name).is_dir()]
-    result = LoopTables(**{name: table(given.runs / name) for name in there})
+    tables = {name: table(given.runs / name) for name in there}
+    judged = judged_models(tables["models"]) if "models" in tables else []
+    result = LoopTables(**tables, judged_models=judged)
     write_text(given.json, json.dumps(row_json(result), indent=1) + "\n", overwrite=True)
 
 

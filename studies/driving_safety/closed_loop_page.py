@@ -11,7 +11,15 @@ from collections.abc import Sequence
 from avsec_gym.drives.summary import Mean
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
-from studies.driving_safety.closed_loop import CollisionAtFault, LoopTable, LoopTables, Ranking
+from studies.driving_safety.closed_loop import (
+    FEWEST,
+    TRUTH,
+    CollisionAtFault,
+    JudgedModel,
+    LoopTable,
+    LoopTables,
+    Ranking,
+)
 from studies.page_of_result import page_of_result
 
 _COMMAND = "Make it with `python -m studies.driving_safety.closed_loop --json FILE`."
@@ -20,6 +28,7 @@ _SETS = {
     "drives": "Procedural drives, every intention that a scene has a lane for",
     "tracking": "KITTI tracking, straight on; ego motion estimated from standing objects",
     "rendered": "Procedural drives on rendered sensors, straight on: clean, attacked, defended",
+    "models": "Error models, and what they are models of on rendered sensors, straight on",
 }
 _RATES = {
     "collision": "collision",
@@ -52,9 +61,37 @@ def closed_loop_page(result: LoopTables) -> str:
     for name, title in _SETS.items():
         table: LoopTable | None = getattr(result, name)
         if table is not None:
-            lines += [f"## {title}", "", *_table(table), "", *_at_fault(table), ""]
-            lines += [_ranking(table.ranking), ""]
+            lines += [f"## {title}", "", *_table(table), ""]
+            if any(each.summary.setting == TRUTH for each in table.settings):
+                lines += [*_at_fault(table), "", _ranking(table.ranking), ""]
+    if result.judged_models:
+        lines += _judged(result.judged_models)
     return "\n".join(lines)
+
+
+def _judged(models: Sequence[JudgedModel]) -> list[str]:
+    rows = [
+        [
+            f"`{each.model}`",
+            str(each.rendered.of),
+            _rate(each.rendered),
+            _rate(each.modelled),
+            "yes" if each.believed else "no",
+        ]
+        for each in models
+    ]
+    return [
+        "## Which error models are believed",
+        "",
+        "A model is believed where its share of drives with a collision lies within the interval of"
+        f" the rendered one, on {FEWEST} scenes or more. Drives by any other state nothing of its"
+        " detector.",
+        "",
+        *markdown_table(
+            ["model", "drives", "collision, rendered, %", "collision, model, %", "believed"], rows
+        ),
+        "",
+    ]
 
 
 def _table(table: LoopTable) -> list[str]:

@@ -7,7 +7,7 @@ from collections import Counter
 
 from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 from studies.catalogue import STUDIES, minutes_of_command
-from studies.driving_safety.closed_loop import SETS
+from studies.driving_safety.closed_loop import RENDERED, SETS
 from studies.provenance import RECORDS, read_records, sources_of
 from studies.source_states import source_state
 from studies.study import DATA, RESULTS, ROOT, Step
@@ -81,10 +81,12 @@ def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model
     drives = [step for step in study.steps if "drive" in step.words]
     folders = [step.words[step.words.index("--out") + 1] for step in drives]
     assert folders == [f"$runs/closed_loop/{name}" for name in SETS]
-    *by_error_models, rendered = drives
-    for step in by_error_models:
+    *by_error_models, rendered, models = drives
+    for step in (*by_error_models, models):
         assert set(shipped_error_models()) <= set(step.words)
     assert {"detector", "attacked", "defended"} <= set(rendered.words)
+    settings = [json.loads(word) for word in models.words if word.startswith('{"name"')]
+    assert {each["name"] for each in settings} == {f"{RENDERED}{m}" for m in shipped_error_models()}
     given = {"tracking": ["/data/tracking"], "runs": ["runs"]}
     [place] = [word for word in drives[2].filled(given) if word.startswith("{")]
     assert json.loads(place) == {"source": "kitti_tracking", "root": "/data/tracking"}
@@ -93,7 +95,8 @@ def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model
 
 def test_minutes_of_a_command_are_those_of_the_parts_that_it_makes_too() -> None:
     detectors = STUDIES["detectors"]
-    made = ("detector_precision", "detector_benchmark", "detector_ranking")  # Need no data.
+    # Need no data.
+    made = ("detector_precision", "detector_benchmark", "detector_ranking", "training_history")
     parts = sum(STUDIES[name].minutes for name in made)
     assert minutes_of_command(detectors) == detectors.minutes + parts
     assert all(

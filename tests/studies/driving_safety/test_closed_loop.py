@@ -11,8 +11,18 @@ import pytest
 from scipy.stats import spearmanr
 
 from avsec_gym.cli import run
+from avsec_gym.drives.summary import Mean, SettingSummary
 from avsec_gym.experiments.json_rows import row_json, row_of
-from studies.driving_safety.closed_loop import LoopTables, ranking, table
+from avsec_gym.metrics.clustered_shares import share_of
+from studies.driving_safety.closed_loop import (
+    LoopSettingRates,
+    LoopTable,
+    LoopTables,
+    Ranking,
+    judged_models,
+    ranking,
+    table,
+)
 from studies.driving_safety.closed_loop_page import closed_loop_page
 
 SETTINGS = ("a", "b", "c", "d")
@@ -70,6 +80,32 @@ def test_a_collision_at_fault_under_truth_has_its_certificates(tmp_path: Path) -
     assert "from 0 s on a complete search finds no plan without it" in text
     assert "no car could have avoided it beyond" in text
     assert "on rendered sensors" in text
+
+
+@pytest.mark.parametrize(
+    ("scenes", "collisions", "believed"),
+    [(60, 12, True), (60, 30, False), (60, 1, False), (49, 12, False)],
+)
+def test_an_error_model_is_believed_within_the_rendered_interval(
+    scenes: int, collisions: int, believed: bool
+) -> None:
+    def setting(name: str, hits: int) -> LoopSettingRates:
+        share = share_of(
+            [number < hits for number in range(scenes)], [str(number) for number in range(scenes)]
+        )
+        mean = Mean(1.0, None)
+        rates = {"collision": share, "at_fault": share, "goal": share, "hard_braking": share}
+        return LoopSettingRates(SettingSummary(name, scenes, scenes, rates, mean, {}, 0, {}), share)
+
+    settings = [setting("dsgn", collisions), setting("rendered_dsgn", 12), setting("blind", 3)]
+    driven = LoopTable(scenes, [*settings, setting("rendered_late", 0)], Ranking(None, None), [])
+    (judged,) = judged_models(driven)
+    assert (judged.model, judged.rendered.count, judged.believed) == ("dsgn", 12, believed)
+    result = LoopTables(models=driven, judged_models=[judged])
+    text = closed_loop_page(row_of(LoopTables, json.loads(json.dumps(row_json(result)))))
+    assert f"| `dsgn` | {scenes} |" in text
+    assert f"| {'yes' if believed else 'no'} |" in text
+    assert "cannot be ranked" not in text, "there is no truth to rank beside"
 
 
 def test_from_drives_to_a_page(tmp_path: Path) -> None:
