@@ -24,6 +24,11 @@ from avsec_gym.registry import Kind
 class LidarSpoofingEnv(OpticalAttackEnv):
     """Make the car's safe plan unsafe by bogus returns of a LiDAR.
 
+    **Solved by a constant.**  Against the default car the largest patch, nearest and straight ahead
+    (`[-1, 0, 1, 1]`), wins at the first query: whatever stands up from the ground is an obstacle to
+    it, and it finds no plan.  What there is to learn needs a car with a `validator`, or a
+    `detector` that has learned what cars look like, such as `"pixor"`.
+
     ## Description
     A car finds the objects around it in a LiDAR scan and plans a lane change, or to keep its lane,
     among them.  The attacker fires into the LiDAR in step with it: the scan gets the points of an

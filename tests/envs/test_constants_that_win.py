@@ -55,6 +55,17 @@ def test_a_constant_that_solves_a_game_is_in_its_first_paragraph() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("small_suite")
+def test_the_largest_patch_ahead_wins_against_the_default_car() -> None:
+    assert first_paragraph("avsec/LidarSpoofing-v0").startswith("**Solved by a constant.**")
+    env = gym.make("avsec/LidarSpoofing-v0")
+    for seed in range(6):
+        env.reset(seed=seed)
+        assert env.step(np.array([-1, 0, 1, 1], np.float32))[4]["is_success"], seed
+    env.close()
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "form"),
     [
