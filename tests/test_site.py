@@ -9,6 +9,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from inspect import signature
 from pathlib import Path
@@ -32,22 +33,7 @@ RUN_ELSEWHERE = {
     "extending": "tests/plugins/test_plugin_files.py",
     "from_highway_env": "tests/test_examples.py",
 }
-NEED = {
-    "architecture": "a minute of rendering",
-    "attacks": "the default suite, which takes minutes to make, and ART",
-    "average_precision": "labels and detections",
-    "classifiers": "a frame, and boxes of it",
-    "closed_loop": "a minute of drives; KITTI's recordings",
-    "connected": "a set of `avsec world make --suite connected`",
-    "data": "KITTI's data, OPV2V's",
-    "defences": "the default suite, which takes minutes to make",
-    "detectors": "the default suite, which takes minutes to make",
-    "from_art": "the default suite, and ART",
-    "from_openpcdet": "a folder of result files",
-    "runs": "a run of chapter 5",
-    "validation": "the default suite; frames; a table of thresholds",
-    "world": "minutes of rendering",
-}
+NEED = tomllib.loads((ROOT / "docs/site/snippet_needs.toml").read_text())
 """Pages whose snippets ask for more than a test has; their names are held below all the same."""
 
 
@@ -55,6 +41,18 @@ def blocks(page: Path, language: str) -> list[str]:
     """The blocks of code of a page in a language; commands stand in blocks without one."""
     pattern = rf"^```{language}\n(.*?)^```$"
     return re.findall(pattern, page.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def test_the_site_shows_what_a_snippet_needs(tmp_path: Path) -> None:
+    script = (
+        "import sys; from pathlib import Path; sys.path.insert(0, 'docs/site');"
+        " from written_pages import write_pages; write_pages(Path(sys.argv[1]))"
+    )
+    subprocess.run([sys.executable, "-c", script, str(tmp_path)], cwd=ROOT, check=True)
+    for name, needs in NEED.items():
+        before = (tmp_path / f"{name}.md").read_text().partition("```python")[0]
+        assert before.endswith(f"*The code of this page needs {needs}.*\n\n"), name
+    assert "The code of this page" not in (tmp_path / "agents.md").read_text()
 
 
 def name_of(page: Path) -> str:

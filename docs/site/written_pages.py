@@ -1,19 +1,22 @@
 """The pages that people wrote, brought to the site: Markdown that a code host shows as well.
 
 A page keeps its text.  Its links are turned: to another page of the site, to a picture beside it,
-or to the code host, where the site has no such file.
+or to the code host, where the site has no such file.  What its code needs beside an installation
+stands above the first of it.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import tomllib
 from pathlib import Path
 
 from contents import CONTENTS, toctree
 from repository import ROOT, address
 
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
+_NEEDS = tomllib.loads(Path(__file__).with_name("snippet_needs.toml").read_text("utf-8"))
 _FENCED = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 
 
@@ -33,6 +36,10 @@ def write_pages(source: Path) -> set[Path]:
     written: set[Path] = set()
     for page, place in shown.items():
         text, pictures = _turned(page, place, shown)
+        if needs := _NEEDS.get(place.removesuffix(".md")):
+            text = text.replace(
+                "```python", f"*The code of this page needs {needs}.*\n\n```python", 1
+            )
         if place == "index.md":
             text += "".join("\n" + toctree(under, name) for name, under in CONTENTS.items())
         if place == "studies/README.md":
