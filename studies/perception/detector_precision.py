@@ -41,11 +41,11 @@ class Aim(NamedTuple):
     """The AP11 of cars in space, moderate, that a network is to reach here."""
 
     must: float
-    """At IoU 0.7."""
+    """The least, at IoU 0.7."""
     goal: float
-    """At IoU 0.7."""
+    """The aim, at IoU 0.7."""
     must_loosely: float
-    """At IoU 0.5."""
+    """The least, at IoU 0.5."""
 
 
 AIMS = {
