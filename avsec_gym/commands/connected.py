@@ -49,9 +49,9 @@ class Connected:
     """Attack one vehicle at each instant: paste, paste_in_path, paste_in_blind_spot, moving_ghost
     (which lasts over a drive), removal, or JSON with arguments such as '{"name": "paste",
     "vehicle": 1, "distance": [6, 20], "laser": "sun_2020"}'."""
-    proposals: Literal["clusters", "pointrcnn"] = "clusters"
-    """Where regions come from: what stands up on the ground, or the first stage of PointRCNN, which
-    takes seconds a scan."""
+    proposals: Literal["clusters", "pointrcnn", "pixor"] = "clusters"
+    """Where regions come from: what stands up on the ground; PIXOR, or the first stage of
+    PointRCNN, turned to all sides, which take a second or more for a scan."""
     constants: Path | None = None
     """A file that --fit wrote.  Default: the package's own, fitted on the procedural world with
     KITTI's LiDAR."""
@@ -225,7 +225,7 @@ class Connected:
         from avsec_gym.registry import Kind, make
         from avsec_gym.validation.connected.proposals.sectors import SectorProposer
 
-        return SectorProposer(make(Kind.DETECTOR, "pointrcnn"))
+        return SectorProposer(make(Kind.DETECTOR, self.proposals))
 
     def _fit(self, path: Path) -> int:
         """Measure, fit, write; what was measured is kept beside the file until it is written."""

@@ -53,6 +53,14 @@ class PixorDetector(NetworkDetector[PixorConfiguration, PixorNetwork]):
         published = configuration == PixorConfiguration.preset("default")
         self.rule = given_rule or (PixorDecodingRule() if published else _SMALL_RULE)
 
+    def propose(self, frame: SensorFrame) -> Boxes3D:
+        """Where cars may be, as regions of connected vehicles; see `detect`.
+
+        Turned to one sector after the other, the network looks all around
+        (`avsec_gym.validation.connected.proposals.sectors.SectorProposer`).
+        """
+        return self.detect(frame)
+
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `alpha`.
 

@@ -11,11 +11,13 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import wrap_angle
 from avsec_gym.perception.detectors.pixor.upright_boxes import upright_boxes
+from avsec_gym.registry import Kind, make
 from avsec_gym.validation.connected.merging import seen_from_above
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 from avsec_gym.validation.connected.proposals.ground_map import ground_map
 from avsec_gym.validation.connected.proposals.rectangle_fit import fitted_rectangle
 from avsec_gym.validation.connected.proposals.sectors import SectorProposer
+from tests.validation.connected.conftest import CARS, POSES, scan_of
 
 _GROUND = -1.73
 
@@ -119,3 +121,19 @@ def test_sectors_turn_every_bearing_ahead_and_back() -> None:
         assert min(turned, 60 - turned) < 1.0
     with pytest.raises(ConfigurationError):
         SectorProposer(_OnlyAhead(), sectors=4)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("turned", [0.0, 2.5])
+def test_pixor_looks_all_around(turned: float) -> None:
+    points = scan_of(POSES[0], *CARS).points.copy()
+    cos, sin = np.cos(turned), np.sin(turned)
+    points[:, :2] = points[:, :2] @ np.array([[cos, sin], [-sin, cos]])
+    regions = SectorProposer(make(Kind.DETECTOR, "pixor"))(points.astype(np.float32))
+    to_vehicle = np.linalg.inv(POSES[0])
+    cars = np.array(CARS)[:, :2] @ to_vehicle[:2, :2].T + to_vehicle[:2, 3]
+    cars = cars @ np.array([[cos, sin], [-sin, cos]])
+    away = np.linalg.norm(regions.centre[:, None, :2] - cars, axis=2)
+    # The nearest ones, and nothing that is none, wherever the vehicle looks.
+    assert len(regions) >= 3
+    assert (away.min(axis=1) < 1.5).all()
+    assert len(set(away.argmin(axis=1))) == len(regions)
