@@ -105,7 +105,7 @@ def run(options: argparse.Namespace) -> DetectorPrecision:
     result: dict[str, ScoredDetector] = {}
     for text in options.detectors:
         asked = named(text)
-        name = _label(asked)
+        name = label_of(asked)
         weights = _weights(asked)
         found[name] = detected(asked, weights, data, ids, options.out, options.workers)
         parts = None
@@ -178,7 +178,7 @@ def named(text: str) -> dict[str, str]:
     return {"name": name} | {what: value for what, value in given.items() if value}
 
 
-def _label(asked: Mapping[str, str]) -> str:
+def label_of(asked: Mapping[str, str]) -> str:
     """The name of a detector on the page and of its pictures, such as dsgn_medium."""
     preset = asked.get("configuration", "small")
     return asked["name"] if preset == "small" else f"{asked['name']}_{preset}"

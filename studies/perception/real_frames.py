@@ -35,7 +35,7 @@ from studies.perception.detection_errors import (
     paired,
     wanted_cars,
 )
-from studies.perception.detector_precision import named
+from studies.perception.detector_precision import label_of, named
 
 FRAMES = ("000107", "000274", "001267", "001570")
 
@@ -124,7 +124,7 @@ def run(options: argparse.Namespace) -> DetectorsInRealFrames:
     found: dict[str, dict[str, Boxes3D]] = {}
     least: dict[str, float] = {}
     for asked in map(named, options.detectors):
-        name, detector = asked["name"], make_detector(asked)
+        name, detector = label_of(asked), make_detector(asked)
         found[name] = {id: detector.detect(data.frame(id)) for id in options.frames}
         scores = [boxes.score for boxes in found[name].values()]
         least[name] = points.get(name, default_score_threshold(np.concatenate(scores)))
@@ -226,7 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--kitti", type=Path, required=True, help="root of the object benchmark")
     parser.add_argument("--frames", nargs="+", default=list(FRAMES))
-    parser.add_argument("--detectors", nargs="+", default=["dsgn", "stereo_rcnn"])
+    parser.add_argument("--detectors", nargs="+", default=["dsgn", "dsgn:medium", "stereo_rcnn"])
     parser.add_argument(
         "--precision", type=Path, help="of detector_precision: scores from which boxes count"
     )
