@@ -15,6 +15,7 @@ from typing import Any
 
 from avsec_gym import __version__
 from avsec_gym.attacks.facula import THESIS_RADII
+from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.film_strip import RATE, clip, gif
 from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
 from avsec_gym.drives.drive_folder import RECORD, DriveFolder, has_drives
@@ -209,10 +210,12 @@ def in_words(rows: list[DriveRow]) -> str:
 
 def _film(folder: DriveFolder, scene: DrivenScene) -> Figure:
     """The drives one below the other, moving."""
-    content = gif(clip(shown_drives(folder, scene))[::_EVERY], RATE // _EVERY)
+    pictures = clip(shown_drives(folder, scene))
+    content = gif(pictures[::_EVERY], RATE // _EVERY)
     image = f"data:image/gif;base64,{base64.b64encode(content).decode()}"
     ends = "; ".join(f"{row['setting']}: {outcome_in_words(row)}" for row in scene.rows)
-    film = CaptionedImage(image, ends, f"A film of the same scene, driven three times. {ends}")
+    told = f"A film of the same scene, driven three times. {ends}"
+    film = CaptionedImage(image, ends, told, still=embedded(pictures[-1]))
     return Figure("The same scene, three times", pictures=[PictureRow([film], "repairs")])
 
 
