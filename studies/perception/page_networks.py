@@ -279,8 +279,8 @@ def ranking(rows: Sequence[RankedDetector]) -> list[str]:
         "",
         "`avsec/DetectorBenchmark-v0` on the default suite `mixed`, the same episodes for every"
         " detector, by `python -m studies.perception.detector_ranking`; rates in percent with 95 %"
-        " Wilson intervals. `nothing` reports no object. The networks were validated on frames of this"
-        " suite.",
+        " Wilson intervals. `nothing` reports no object. The networks were validated on frames of"
+        " this suite.",
         "",
         *markdown_table(
             ["detector", "safe driving", "collisions", "without a plan", "objects found"],
