@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
@@ -36,8 +35,11 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecMonitor
 
 import avsec_gym
+from avsec_gym.agents.place_policy import PlacePolicy
 from avsec_gym.agents.place_rules import (
     ID,
     NEAREST,
@@ -48,12 +50,12 @@ from avsec_gym.agents.place_rules import (
     spot_table,
     success,
 )
+from avsec_gym.envs.sb3 import StableBaselinesVecEnv
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.paired_scores import paired_difference
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
-from train_ghost_attacker import HELD_OUT, TRAINING, agent_for, train
-
+TRAINING = {"name": "layouts", "seed": 0, "count": 400}
+HELD_OUT = {"name": "layouts", "seed": 7, "count": 3000}
 INTENTIONS = slice(2, 5)
 WALLS = np.array([[-0.1, 0.2], [-0.3, 0.1], [-0.5, -0.1]])
 """Where two ghosts of v0 stand, y in action units, for left, straight and right."""
@@ -111,9 +113,29 @@ def version_1(options: argparse.Namespace, sets: dict[str, Any]) -> dict[str, An
     return result
 
 
+def agent_for(seed: int) -> PPO:
+    """An agent that has learned nothing yet."""
+    envs = StableBaselinesVecEnv(gym.make_vec(ID, num_envs=256, scenarios=TRAINING))
+    return PPO(
+        PlacePolicy,
+        VecMonitor(envs),
+        n_steps=8,
+        batch_size=512,
+        n_epochs=4,
+        learning_rate=2e-3,
+        gamma=0.0,  # An episode is one step.
+        clip_range=0.3,
+        ent_coef=0.0,
+        policy_kwargs={"log_std_init": -0.7},
+        seed=seed,
+        device="cpu",
+    )
+
+
 def parameters(seed: int, steps: int) -> dict[str, Any]:
     """What a PPO agent has learned."""
-    return dict(train(steps, seed).policy.state_dict())
+    torch.set_num_threads(1)
+    return dict(agent_for(seed).learn(steps).policy.state_dict())
 
 
 def learner(weights: dict[str, Any]) -> Scores:

@@ -19,7 +19,7 @@ INSIDE_THE_WORLD = {
     "benchmarks/fuzz/kinds.py",  # Broken files: how they are written and read one by one.
     "benchmarks/fuzz/sound_files.py",
     "benchmarks/fuzz/world_files.py",
-    "examples/connected_sockets.py",  # A place of boxes, which the world has none of.
+    "examples/plain_with_cars.py",  # A place of boxes, which the world has none of.
 }
 """Scripts that look inside of the world, and why."""
 CATALOGUES = {

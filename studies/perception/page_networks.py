@@ -63,7 +63,7 @@ class DetectorTimes:
 
 @dataclass(frozen=True)
 class RankedDetector:
-    """A row of ``examples/rank_detectors.py``."""
+    """A row of `detector_ranking`."""
 
     detector: str
     safe_driving_rate: float
@@ -273,14 +273,14 @@ def seconds(result: DetectorTimes) -> list[str]:
 
 
 def ranking(rows: Sequence[RankedDetector]) -> list[str]:
-    """The section of ``examples/rank_detectors.py``."""
+    """The section of `detector_ranking`."""
     return [
         "## Who drives safely",
         "",
         "`avsec/DetectorBenchmark-v0` on the default suite `mixed`, the same episodes for every"
-        " detector, by `python examples/rank_detectors.py`; rates in percent with 95 % Wilson"
-        " intervals. `nothing` reports no object. The networks were validated on frames of this"
-        " suite.",
+        " detector, by `python -m studies.perception.detector_ranking`; rates in percent with 95 %"
+        " Wilson intervals. `nothing` reports no object. The networks were validated on frames of"
+        " this suite.",
         "",
         *markdown_table(
             ["detector", "safe driving", "collisions", "without a plan", "objects found"],

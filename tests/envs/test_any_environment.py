@@ -32,9 +32,7 @@ def test_the_example_learns_in_every_environment(id: str, request: pytest.Fixtur
     assert np.isfinite(result["reward"])
 
 
-def test_the_example_is_short_and_takes_every_id_by_itself() -> None:
-    text = SCRIPT.read_text()
-    assert len(text.splitlines()) <= 40
+def test_the_example_takes_every_id_by_itself() -> None:
     program = f"import runpy; print(sorted(runpy.run_path({str(SCRIPT)!r})['IDS']))"
     done = subprocess.run(
         [sys.executable, "-c", program], check=True, capture_output=True, text=True

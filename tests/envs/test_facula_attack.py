@@ -18,6 +18,7 @@ import avsec_gym  # noqa: F401
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs import validator_report
+from avsec_gym.envs.aimed_laser import LASER, RADII, REACH, AimedLaser, full_light
 from avsec_gym.envs.facula_attack import FaculaAttackEnv
 from avsec_gym.envs.facula_coding import FaculaCoding
 from avsec_gym.envs.game_validator import FEWEST, validator_and_played
@@ -37,7 +38,7 @@ from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = Path(__file__).parents[2]
 ID = "avsec/FaculaAttack-v0"
 CODING = FaculaCoding((375, 1242), (37.5, 375.0))
 HOWS = ("quiet", "loud")
@@ -282,21 +283,21 @@ def test_clean_scenes_are_not_played_either(
 
 
 @pytest.mark.slow
-def test_the_example_trains_and_compares(
+def test_the_study_trains_and_compares(
     tmp_path: Path, watched: dict[str, Any], bright_cars: ModuleType
 ) -> None:
     situations, seeds = 3, 2
     for name, far in (("training", 13.0), ("testing", 12.0)):
         for number in range(situations):
             bright_cars.write_frame(tmp_path / name, number, [[far + number / 2, 3.5, 0.0]])
-    command = [sys.executable, str(EXAMPLES / "train_quiet_laser.py"), "--json"]
+    command = [sys.executable, "-m", "studies.attackers.quiet_laser", "--json"]
     command += ["--detector", watched["detector"], "--clean", watched["clean"]]
     command += ["--training", str(tmp_path / "training"), "--held-out", str(situations)]
     command += ["--steps", "48", "--seeds", str(seeds), "--workers", "1", "--testing"]
-    refused = subprocess.run([*command, watched["clean"]], capture_output=True, text=True)
+    refused = subprocess.run([*command, watched["clean"]], capture_output=True, text=True, cwd=ROOT)
     assert "different scenes" in refused.stderr
     command.append(str(tmp_path / "testing"))
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert result["situations"] == [f"{number:06d} left" for number in range(situations)]
@@ -304,9 +305,15 @@ def test_the_example_trains_and_compares(
     assert result["seeds"] == [0, 1]
     assert 0 <= result["thresholds"]["brightness"] < 1
     (tmp_path / "result.json").write_text(done.stdout)
-    command = [sys.executable, str(EXAMPLES / "show_quiet_laser.py"), str(tmp_path / "result.json")]
-    command += ["--figure", str(tmp_path / "a.png"), "--markdown", str(tmp_path / "a.md")]
-    subprocess.run(command, check=True)
+    command = [sys.executable, "-m", "studies.attackers.quiet_laser_page"]
+    command += [
+        str(tmp_path / "result.json"),
+        "--figure",
+        str(tmp_path / "a.png"),
+        "--markdown",
+        str(tmp_path / "a.md"),
+    ]
+    subprocess.run(command, check=True, cwd=ROOT)
     assert cv2.imread(str(tmp_path / "a.png")).std() > 10
     text = (tmp_path / "a.md").read_text()
     assert "| quiet SAC |" in text
@@ -338,16 +345,13 @@ def test_the_example_trains_and_compares(
 
 
 def test_the_laser_is_aimed_at_what_is_in_the_way(
-    monkeypatch: pytest.MonkeyPatch, quick: dict[str, Any], bright_cars: ModuleType, tmp_path: Path
+    quick: dict[str, Any], bright_cars: ModuleType, tmp_path: Path
 ) -> None:
-    monkeypatch.syspath_prepend(EXAMPLES)
-    from aimed_laser import RADII, REACH, STRENGTHS, AimedLaser, by_hand
-
     places = ([[20.0, 0.5, 0.0], [13.0, 3.5, 0.0]], [[13.0, -3.5, 0.0], [30.0, 6.0, 0.0]])
     for number, cars in enumerate(places):
         bright_cars.write_frame(tmp_path, number, cars)
     cars = {**quick, "scenarios": str(tmp_path)}
-    made = gym.make(ID, **cars, validator=None, radii=RADII, strength=STRENGTHS)
+    made = gym.make(ID, **cars, validator=None, **LASER)
     env = AimedLaser(made)
     for scene, intention, target in (("000000", "left", 1), ("000001", "right", 0)):
         seen, _ = env.reset(options={"scenario": scene, "intention": intention})
@@ -370,7 +374,7 @@ def test_the_laser_is_aimed_at_what_is_in_the_way(
             np.testing.assert_allclose(facula.centre, expected[0])
             assert (facula.camera, facula.strength) == (camera, 255)
             assert facula.radius == pytest.approx(np.sqrt(np.prod(RADII)))
-    *_, info = env.step(by_hand(45))
+    *_, info = env.step(full_light(45))
     assert (info["camera"], info["strength"]) == (2, 255)
     assert info["radius"] == pytest.approx(45)
 
@@ -381,7 +385,7 @@ def test_an_attempt_by_hand_is_printed_and_drawn(
 ) -> None:
     for number in range(2 * FEWEST):
         bright_cars.write_frame(tmp_path, number, [[13.0, 3.5, 0.0]])
-    command = [sys.executable, str(EXAMPLES / "aimed_laser.py"), "--scenarios", str(tmp_path)]
+    command = [sys.executable, str(ROOT / "examples/aimed_laser.py"), "--scenarios", str(tmp_path)]
     command += ["--detector", quick["detector"], "--attempts", "2"]
     command += ["--out", str(tmp_path / "a.jpg")]
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()

@@ -27,6 +27,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
 from avsec_gym.rig import kitti_rig
 
+ROOT = Path(__file__).parents[2]
 ID = "avsec/PatchAttack-v0"
 CALIBRATION, HEIGHT, WIDTH = kitti_rig().calibration, 375, 1242
 CODING = PatchCoding(CALIBRATION, (HEIGHT, WIDTH), 38.0)
@@ -178,15 +179,13 @@ def test_by_itself_the_patch_is_the_packages_against_this_detector(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("example", "steps"), [("train_perturbation_attacker", 64), ("train_patch_attacker", 160)]
-)
-def test_the_example_trains_and_compares(quick: dict[str, Any], example: str, steps: int) -> None:
-    path = Path(__file__).parents[2] / "examples" / f"{example}.py"
+@pytest.mark.parametrize(("attack", "steps"), [("perturbation", 64), ("patch", 160)])
+def test_the_study_trains_and_compares(quick: dict[str, Any], attack: str, steps: int) -> None:
     scenes = json.dumps({"source": quick["scenarios"]})
-    command = [sys.executable, str(path), "--detector", quick["detector"], "--training", scenes]
+    command = [sys.executable, "-m", "studies.attackers.pixel_attackers", attack]
+    command += ["--detector", quick["detector"], "--training", scenes]
     command += ["--testing", quick["scenarios"], "--steps", str(steps), "--held-out", "12"]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
     result = json.loads(done.stdout)
     for policy in ("random", "random_search", "cma_es", "sac"):
         assert 0 <= result[policy]["success_rate"] <= 1
@@ -195,3 +194,16 @@ def test_the_example_trains_and_compares(quick: dict[str, Any], example: str, st
     if steps >= 160:  # Enough to learn that a patch near and ahead is always seen.
         assert result["sac"]["success_rate"] > result["random"]["success_rate"]
         assert result["sac"]["reward"] > result["random"]["reward"] + 0.3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["PerturbationAttack", "PatchAttack"])
+def test_the_example_trains_and_is_judged(quick: dict[str, Any], name: str) -> None:
+    scenes = json.dumps({"source": quick["scenarios"]})
+    command = [sys.executable, str(ROOT / "examples/train_perturbation_attacker.py")]
+    command += ["--id", f"avsec/{name}-v0", "--detector", quick["detector"]]
+    command += ["--training", scenes, "--testing", scenes, "--steps", "120", "--held-out", "3"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    won = {name: n for row in done.stdout.splitlines() for name, n in json.loads(row).items()}
+    assert list(won) == ["random", "sac"]
+    assert all(0 <= count <= 3 for count in won.values())

@@ -1,6 +1,6 @@
-"""Show what `train_quiet_laser.py --json` found: a figure and a page.
+"""Show what `studies.attackers.quiet_laser --json` found: a figure and a page.
 
-python examples/show_quiet_laser.py quiet_laser.json --figure laser.png --markdown laser.md
+python -m studies.attackers.quiet_laser_page quiet_laser.json --figure laser.png --markdown laser.md
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from laser_attempts import BY_HAND, LEARNERS
 from matplotlib.figure import Figure
-from train_quiet_laser import RATES, ROWS
 
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.report.markdown_table import interval, markdown_table, number
 from avsec_gym.storage.text_files import read_text, write_text
+from studies.attackers.laser_attempts import BY_HAND, LEARNERS
+from studies.attackers.quiet_laser import RATES, ROWS
 
 COLOURS = {"quiet": "#1F77B4", "loud": "#D7263D"}
 MARKERS = {"sac": ("o", "SAC"), "cma_es": ("s", "CMA-ES"), "random_search": ("^", "random search")}
@@ -53,7 +53,7 @@ def draw(attackers: Mapping[str, Mapping[str, Any]]) -> Figure:
 
 
 def point(axes: Any, row: Mapping[str, Any], colour: str, marker: str, label: str) -> None:
-    """With both intervals."""
+    """A point with both intervals."""
     x, y = (100 * row[name]["rate"] for name in ("alarm", "unsafe"))
     spread = [
         [[100 * abs(row[name]["rate"] - bound)] for bound in row[name]["interval"]]
@@ -88,10 +88,10 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
         f" {result['training_attempts']} attempts in other scenes; of each there are"
         f" {len(result['seeds'])}. *Quiet*: paid for unsafe"
         " drives without an alarm; *loud*: for all unsafe drives. In brackets 95 % intervals"
-        " (`examples/train_quiet_laser.py` shows how).",
+        " (`studies/attackers/quiet_laser.py` shows how).",
         "",
         "```",
-        "python examples/train_quiet_laser.py --json > studies/results/quiet_laser.json",
+        "python -m studies.attackers.quiet_laser --json > studies/results/quiet_laser.json",
         "```",
         "",
         f"![Unsafe drives against alarms, by attacker]({figure})",
@@ -115,14 +115,14 @@ def titled(name: str) -> str:
 
 
 def rated(found: Mapping[str, Any], name: str = "rate") -> str:
-    """In percent, with its interval."""
+    """A rate in percent, with its interval."""
     return interval(100 * found[name], [100 * bound for bound in found["interval"]])
 
 
 def main() -> None:
     """Read, draw, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("result", type=Path, help="JSON of train_quiet_laser.py")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("result", type=Path, help="JSON of the study")
     parser.add_argument(
         "--figure", type=Path, default=Path("studies/results/images/quiet_laser.png")
     )

@@ -1,6 +1,6 @@
 """A laser that has one attempt at a scene: who aims, and what follows; in processes.
 
-What `train_quiet_laser.py` compares.
+What `studies.attackers.quiet_laser` compares.
 """
 
 from __future__ import annotations
@@ -15,23 +15,26 @@ from typing import Any, NamedTuple
 import cv2
 import gymnasium as gym
 import numpy as np
-from aimed_laser import ACTIONS, RADII, STRENGTHS, AimedLaser, by_hand
-from train_perturbation_attacker import Watched, evolution, given, search, train
+from numpy.typing import NDArray
 
 import avsec_gym
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.console import progress
+from avsec_gym.envs.aimed_laser import ACTIONS, LASER, AimedLaser, full_light
+from studies.attackers.arguments import given
+from studies.attackers.searches import favourite, random_search
+from studies.attackers.training import CountedQueries, trained
 
 LEARNERS = ("sac", "cma_es", "random_search")
 TRAINED = tuple(f"{how}_{who}" for who in LEARNERS for how in ("quiet", "loud"))
 """Each has as many attempts to learn from."""
-BY_HAND = {f"by_hand_{radius}": by_hand(radius) for radius in (22, 45, 90, 180)}
+BY_HAND = {f"by_hand_{radius}": full_light(radius) for radius in (22, 45, 90, 180)}
 """The attackers without learning: full light on the car's middle."""
 DRAWN = ("random_shot", "thesis_facula")
 ATTACKERS = (*TRAINED, *BY_HAND, *DRAWN)
 """Those who are trained take longest, and begin."""
 
-Aim = Callable[[np.ndarray], np.ndarray]
+Aim = Callable[[NDArray[Any]], NDArray[Any]]
 """A function from an observation to an action."""
 Situation = tuple[str, str]
 """A scene's id and an intention."""
@@ -46,7 +49,7 @@ class AttemptOutcome(NamedTuple):
     strength: float = 0.0
 
 
-def laser(options: argparse.Namespace, scenes: str) -> gym.Env:
+def laser(options: argparse.Namespace, scenes: str) -> gym.Env[Any, Any]:
     """The environment; its detector and scenes are loaded when it is played."""
     gym.register_envs(avsec_gym)
     return gym.make(
@@ -55,14 +58,12 @@ def laser(options: argparse.Namespace, scenes: str) -> gym.Env:
         detector=given(options.detector),
         score_threshold=options.threshold,
         validator={"name": "thresholds", "thresholds": options.table, "rate": options.rate},
-        response=None,  # The car drives on at an alarm.
-        radii=RADII,
-        strength=STRENGTHS,
+        **LASER,
     )
 
 
 def contested(scenes: Any) -> dict[str, Any]:
-    """Of scenes as they are named, those in which something is in the way."""
+    """Those of some scenes, as they are named, in which something is in the way."""
     return {**(scenes if isinstance(scenes, dict) else {"source": scenes}), "contested": True}
 
 
@@ -141,16 +142,17 @@ class _Range:
         """Where it aims, after its attempts in the scenes for training."""
         how, _, who = attacker.partition("_")
         self.training.quiet = how == "quiet"
-        counted = Watched(self.training, self.options.steps, lambda *_: self.tell())
+        counted = CountedQueries(self.training, self.options.steps, lambda *_: self.tell())
         if who == "sac":
-            agent = train(counted, self.options.steps, seed)
+            agent = trained(counted, self.options.steps, seed)
             return lambda seen: agent.predict(seen, deterministic=True)[0]
-        found = evolved if who == "cma_es" else lambda *asked: search(*asked)[0]
+        found = favourite if who == "cma_es" else lambda *asked: random_search(*asked)[0]
         return always(found(counted, self.options.steps, seed))
 
     def _thesis(self, options: dict[str, str], generator: np.random.Generator) -> AttemptOutcome:
         """187 to 375 pixels, anywhere in either image."""
-        game = self.held_out.unwrapped.game
+        played: Any = self.held_out.unwrapped
+        game = played.game
         situation = game.draw(generator, options)
         facula = Facula(camera=int(generator.integers(2, 4)))
         tampered = facula.attack(situation.unattacked.frame, int(generator.integers(2**31)))
@@ -159,7 +161,7 @@ class _Range:
         return AttemptOutcome(not look.episode.record.safe, look.report.alarm, *spot)
 
 
-def always(action: np.ndarray) -> Aim:
+def always(action: NDArray[Any]) -> Aim:
     """The same spot at every car."""
     return lambda seen: action
 
@@ -167,12 +169,6 @@ def always(action: np.ndarray) -> Aim:
 def anywhere(generator: np.random.Generator) -> Aim:
     """A spot of its own at every car."""
     return lambda seen: generator.uniform(-1.0, 1.0, ACTIONS).astype(np.float32)
-
-
-def evolved(env: gym.Env, queries: int, seed: int) -> np.ndarray:
-    """The action that CMA-ES likes best after so many attempts: the middle of where it looks."""
-    strategy, *_ = evolution(env, queries, seed)
-    return np.asarray(strategy.result.xfavorite, np.float32)
 
 
 def _begin(options: argparse.Namespace, situations: list[Situation], fired: Any) -> None:

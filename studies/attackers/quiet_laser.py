@@ -1,7 +1,7 @@
 """Train a laser to attack without an alarm, and see what that costs it in effect.
 
-    python examples/train_quiet_laser.py
-    python examples/train_quiet_laser.py --json > quiet_laser.json
+    python -m studies.attackers.quiet_laser
+    python -m studies.attackers.quiet_laser --json > quiet_laser.json
 
 A laser has one attempt at what is in the car's way, mostly a parked car, into one of the two
 cameras: it chooses where beside the middle, how large a spot and how strong a light.  SAC learns it
@@ -32,6 +32,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -41,11 +42,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from aimed_laser import RADII, REACH, STRENGTHS
-from laser_attempts import ATTACKERS, LEARNERS, TRAINED, AttemptOutcome, Situation, attempts, laser
-from train_perturbation_attacker import arguments, given
+from numpy.typing import NDArray
 
 from avsec_gym.console import percent, print_table, progress
+from avsec_gym.envs.aimed_laser import RADII, REACH, STRENGTHS
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
 from avsec_gym.evaluation.contested import contested_frames
 from avsec_gym.metrics.clustered_shares import (
@@ -61,6 +61,16 @@ from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.thresholds import ThresholdTable
+from studies.attackers.arguments import arguments, given
+from studies.attackers.laser_attempts import (
+    ATTACKERS,
+    LEARNERS,
+    TRAINED,
+    AttemptOutcome,
+    Situation,
+    attempts,
+    laser,
+)
 
 TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
 """Sets of layouts."""
@@ -88,7 +98,8 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         options.table = str(Path(folder) / "thresholds.json")
         table.write(options.table)
-        game = laser(options, options.testing).unwrapped.game
+        played: Any = laser(options, options.testing).unwrapped
+        game = played.game
         clean, unsafe = unattacked(game, options.held_out, options.seed)
         if not clean:
             raise SystemExit("no held-out scene is driven safely by itself: raise --held-out")
@@ -163,7 +174,7 @@ def unattacked(
 
 
 def summary(outcomes: list[list[AttemptOutcome]], trained: bool) -> dict[str, Any]:
-    """Of the outcomes of each seed in each situation."""
+    """Rates of the outcomes of each seed in each situation."""
     rates = {}
     for name, is_counted in RATES.items():
         flags = flags_of(outcomes, is_counted)
@@ -181,8 +192,8 @@ def summary(outcomes: list[list[AttemptOutcome]], trained: bool) -> dict[str, An
     }
 
 
-def share_of_draws(flags: np.ndarray) -> Share:
-    """Of a rule, whose seeds share their situations, shape (seeds, situations)."""
+def share_of_draws(flags: NDArray[Any]) -> Share:
+    """The share of a rule, whose seeds share their situations, shape (seeds, situations)."""
     return share_of(flags.T, list(map(str, range(flags.shape[1]))))
 
 
@@ -205,7 +216,7 @@ def differences(
 
 def flags_of(
     outcomes: list[list[AttemptOutcome]], is_counted: Callable[[AttemptOutcome], bool]
-) -> np.ndarray:
+) -> NDArray[Any]:
     """Shape (seeds, situations)."""
     return np.array([[is_counted(outcome) for outcome in seed] for seed in outcomes], bool)
 
@@ -225,7 +236,7 @@ def show(result: dict[str, Any]) -> None:
 
 def main() -> None:
     """Learn, compare, print."""
-    parser = arguments(__doc__.splitlines()[0])
+    parser = arguments((__doc__ or "").partition("\n")[0])
     # 256: eight generations of CMA-ES.
     own = {"detector": "stereo_rcnn", "steps": 256, "held_out": 120}
     parser.set_defaults(training=None, testing=None, **own)
@@ -239,7 +250,7 @@ def main() -> None:
     options = parser.parse_args()
     result = compare(options)
     if options.json:
-        print(json.dumps(result, indent=1))
+        sys.stdout.write(json.dumps(result, indent=1) + "\n")
     else:
         show(result)
 

@@ -1,0 +1,1 @@
+"""What agents that attack sensors learn, beside baselines that are searched as long."""
