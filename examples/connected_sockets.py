@@ -1,6 +1,6 @@
 """Four vehicles and a base station, a process each, on bad lines: whose LiDAR has a ghost?
 
-python examples/connected_sockets.py [--lost 0.1] [--late 0.1] [--doubled 0.2] [--malformed 0.1]
+python examples/connected_sockets.py [--lost 0.1] [--doubled 0.2] [--malformed 0.1] [--seconds 10]
 """
 
 from multiprocessing import get_context
