@@ -34,8 +34,8 @@ class CaptionedImage:
         alt: What is read to those who do not see it.
         small: Figures after the caption, smaller.
         warning: What must be known of the picture, after the caption, in bold.
-        still: Of an image that moves, the one that stands for it where a reader asks for less
-            motion, as a data URI.
+        still: The image that stands for one that moves, where a reader asks for less motion, as
+            a data URI.
     """
 
     image: str

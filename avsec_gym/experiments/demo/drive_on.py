@@ -214,8 +214,8 @@ def _film(folder: DriveFolder, scene: DrivenScene) -> Figure:
     content = gif(pictures[::_EVERY], RATE // _EVERY)
     image = f"data:image/gif;base64,{base64.b64encode(content).decode()}"
     ends = "; ".join(f"{row['setting']}: {outcome_in_words(row)}" for row in scene.rows)
-    told = f"A film of the same scene, driven three times. {ends}"
-    film = CaptionedImage(image, ends, told, still=embedded(pictures[-1]))
+    words = f"A film of the same scene, driven three times. {ends}"
+    film = CaptionedImage(image, ends, words, still=embedded(pictures[-1]))
     return Figure("The same scene, three times", pictures=[PictureRow([film], "repairs")])
 
 
