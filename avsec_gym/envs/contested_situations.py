@@ -15,6 +15,7 @@ from avsec_gym.pipeline import Perception
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.shapes import Disc, Rectangle
 
 _AHEAD = 1.0
 """Metres ahead of the car from which on an obstacle may be the one."""
@@ -48,7 +49,10 @@ def obstacle_in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D
     """
     boxes, scene = situation.scene.boxes, situation.scene
     ahead = np.flatnonzero(is_obstacle(boxes) & (boxes.poses[:, 0] > _AHEAD))
-    goal = situation.unattacked.episode.problem.goals[0].region[0]
+    region = situation.unattacked.episode.problem.goals[0].region
+    assert region, "a lane is a region"
+    goal = region[0]
+    assert isinstance(goal, Rectangle | Disc), "that of a lane has a middle"
     line = LineString([(0.0, 0.0), (goal.x, goal.y)])
     nearest = sorted(ahead, key=lambda index: line.distance(Point(boxes.poses[index, :2])))
     for index in nearest:

@@ -171,6 +171,10 @@ def anywhere(generator: np.random.Generator) -> Aim:
     return lambda seen: generator.uniform(-1.0, 1.0, ACTIONS).astype(np.float32)
 
 
+_RANGE: _Range
+"""Where the attempts of a worker are made; see `_begin`."""
+
+
 def _begin(options: argparse.Namespace, situations: list[Situation], fired: Any) -> None:
     def tell() -> None:
         with fired.get_lock():

@@ -33,7 +33,7 @@ def draw(attackers: Mapping[str, Mapping[str, Any]]) -> Figure:
         figure = Figure(figsize=(6.6, 4.6), dpi=120, facecolor="white", layout="constrained")
         axes = figure.subplots()
         by_hand = [attackers[name] for name in BY_HAND]
-        places = [[100 * row[name]["rate"] for name in ("alarm", "unsafe")] for row in by_hand]
+        places = [(100 * row["alarm"]["rate"], 100 * row["unsafe"]["rate"]) for row in by_hand]
         axes.plot(*zip(*places, strict=True), color=FAINT, lw=1, zorder=1)
         for row, place in zip(by_hand, places, strict=True):
             point(axes, row, FAINT, "D", "by hand, full light" if row is by_hand[0] else "")
