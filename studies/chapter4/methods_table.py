@@ -19,7 +19,7 @@ _FOUND = field("chapter4", "connected")
 
 
 def methods_table() -> list[str]:
-    """Lines of the table: three vehicles at the usual errors, and names of five."""
+    """Lines of the table: three vehicles at the usual errors, names of five, by counted rays."""
     rows = []
     for method in METHODS:
         at = {"condition": USUAL.name, "method": method}
@@ -27,7 +27,9 @@ def methods_table() -> list[str]:
             _FOUND.then("detection", row(**at, kind=kind, of="regions", rate=OPERATING_RATE))
             for kind in ATTACKS
         ]
-        areas = [_FOUND.then("roc", row(**at, kind=kind), "area", "value") for kind in ATTACKS]
+        areas = [
+            _FOUND.then("roc", row(**at, kind=kind), "area_by_rays", "value") for kind in ATTACKS
+        ]
         names = [
             _FOUND.then(
                 "namings",
@@ -46,8 +48,8 @@ def methods_table() -> list[str]:
         rows.append(
             [
                 IN_WORDS[method],
-                *(_share(place.then("detected")) for place in detection),
-                _share(detection[0].then("false_alarms")),
+                *(_share(place.then("detected_by_rays")) for place in detection),
+                _share(detection[0].then("false_alarms_by_rays")),
                 *(_number(area, 1, 3) for area in areas),
                 *(_share(named) for named in names),
                 _number(_FOUND.then("sent", row(**at), "mean"), 1, 0),
