@@ -254,6 +254,7 @@ def test_searches_know_how_long_an_episode_is(queries: int | None, longest: int)
     assert SearchBudget(arena, 256 * 6, 0).trials == 6 // longest
 
 
+@pytest.mark.slow
 def test_what_hides_in_the_frames_that_count_wins_more_often() -> None:
     id, drives = "avsec/ClosedLoopAttack-v0", {"source": "layouts", "seed": 0, "count": 40}
     arena = Arena(id, {"scenarios": drives, "contested": True})

@@ -185,6 +185,7 @@ def test_an_alarm_elsewhere_detects_nothing(tmp_path: Path) -> None:
     assert clean.honest_named.rate == 1.0
 
 
+@pytest.mark.slow
 def test_the_packages_own_twice_the_same(streets: Streets, tmp_path: Path) -> None:
     entry = made("rays", tmp_path / "one")
     assert made("rays", tmp_path / "two").to_json() == entry.to_json()

@@ -100,6 +100,7 @@ def test_a_planner_drives_on_as_avsec_drive_has_it(
     assert row_json(again) == row_json(errors)
 
 
+@pytest.mark.slow
 def test_a_detector_drives_on_by_its_error_models(
     few: dict[str, FrozenSet], tmp_path: Path
 ) -> None:
