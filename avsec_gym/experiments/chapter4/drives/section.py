@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.drawing.page_table import Table, TableCell, bounds, figure, name, number
-from avsec_gym.experiments.chapter4.drives.settings import TOLERANCE, WINDOW
+from avsec_gym.experiments.chapter4.drives.settings import OPTIONS, TOLERANCE, WINDOW
 from avsec_gym.experiments.chapter4.drives.window_rates import (
     DESIGNATED_DETECTION,
     HALF,
@@ -32,24 +32,28 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         request: What the report is asked for; nothing here depends on it.
     """
     summary = drives_summary(run)
-    sections = [drives_section(summary)] if summary else []
+    apart = {**OPTIONS, **run.configuration.options}["apart"]
+    sections = [drives_section(summary, apart)] if summary else []
     return Findings(sections, {"connected_drives": as_json(summary)})
 
 
-def drives_section(summary: DrivesSummary) -> Section:
+def drives_section(summary: DrivesSummary, apart: int = WINDOW) -> Section:
     """The section of a summary.
 
     Args:
         summary: The results of a run.
+        apart: Instants from the beginning of a window to that of the next of its drive.
     """
+    overlap = f" a window every {apart * 0.1:g} s, which overlap," if apart < WINDOW else ""
     return Section(
         "connected_drives",
         "What adds up over a second of successive instants?",
         drives_sentences(summary),
         [alarms_table(summary), attacks_table(summary)],
         link="Connected vehicles, over a second",
-        context=f"{summary.judged} attack-free windows of {summary.drives} drives, by evidence of"
-        f" rays; limits of {summary.fitted} windows of other drives and assets. {USUAL.name}.",
+        context=f"{summary.judged} attack-free windows of {summary.drives} drives,{overlap}"
+        f" by evidence of rays; limits of {summary.fitted} windows of other drives and assets."
+        f" {USUAL.name}.",
     )
 
 

@@ -179,6 +179,11 @@ def test_the_section_is_whole(summary: DrivesSummary) -> None:
     assert "half of the instants" in of_half
 
 
+def test_windows_that_overlap_are_named(summary: DrivesSummary) -> None:
+    assert "overlap" not in (drives_section(summary).context or "")
+    assert "every 0.2 s, which overlap" in (drives_section(summary, 2).context or "")
+
+
 def test_without_judged_drives_nothing_is_shown() -> None:
     rows = [row for row in _rows(6) if row.setting.startswith(FITTED)]
     assert drives_summary(Kept(rows)) is None  # type: ignore[arg-type]
@@ -204,6 +209,8 @@ def test_each_drive_has_a_cell() -> None:
         (Configuration("procedural", seed=1000), "0 to 999"),
         (Configuration("procedural", options={"windows": 0}), "windows"),
         (Configuration("procedural", options={"windows": True}), "windows"),
+        (Configuration("procedural", options={"apart": 0}), "apart"),
+        (Configuration("procedural", options={"apart": 11}), "apart"),
         (Configuration("procedural", options={"attacked": 0}), "attacked"),
     ],
 )
