@@ -41,7 +41,7 @@ labelled scenarios; ``motion``: see `Motion`, a classifier being the package's; 
 whether losses are measured, and perturbed images looked at in whole grey levels as well, which
 takes a third of the time;
 ``patches``: a folder of trained patches, and by the
-detectors' names their weights, instead of those of the package."""
+detectors' names their weights, instead of the package's small ones: a file, or ``medium``."""
 PYRAMID_OPTIONS = {**OPTIONS, WITHOUT_PYRAMID: ""}
 """And weights of the DSGN without its pyramid, which the package has none of."""
 

@@ -8,14 +8,17 @@ from pathlib import Path
 
 from avsec_gym.attacks.patch_files import shipped_patch
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID, Options
+from avsec_gym.experiments.chapter5.settings import DSGN, WITHOUT_PYRAMID, Options
 from avsec_gym.perception.detectors.detector import Detector
+from avsec_gym.perception.detectors.dsgn.editions import preset_name
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.store import read_card
 from avsec_gym.registry import Kind, make
 
 TRAINED_PATCHES = ("patch", "joint")
 """A detector's own patch, and the one that was trained for both detectors."""
+SIZES = ("small", "medium")
+"""Presets that an option may name for the package's weights of them."""
 
 
 def trained_detector(name: str, options: Options) -> Detector:
@@ -32,14 +35,19 @@ def trained_detector(name: str, options: Options) -> Detector:
     weights = weights_file(name, options)
     if name == WITHOUT_PYRAMID:
         return _without_pyramid(weights)
-    detector: Detector = make(Kind.DETECTOR, {"name": name, "weights": weights})
+    what = {"name": name, "weights": weights}
+    card = read_card(weights) if name == DSGN else None
+    if card is not None:
+        what["configuration"] = preset_name(card)
+    detector: Detector = make(Kind.DETECTOR, what)
     return detector
 
 
 def weights_file(name: str, options: Options) -> Path:
     """Where a detector's weights are; errors as of `trained_detector`."""
     if name != WITHOUT_PYRAMID:
-        return Path(options[name] or shipped_weights(f"{name}_small"))
+        given = options[name] or "small"
+        return shipped_weights(f"{name}_{given}") if given in SIZES else Path(given)
     if not options.get(name):
         raise ConfigurationError(
             f"DSGN without its pyramid needs weights of its own: --options {name}=FILE"

@@ -66,3 +66,16 @@ def test_patches_are_looked_for_in_their_folder(dsgn: DsgnDetector, tmp_path: Pa
     assert sorted(named) == [
         "patch dsgn", "patch joint", "weights of dsgn", f"weights of {NAME}"
     ]  # fmt: skip
+
+
+def test_a_larger_dsgn_is_named_by_its_preset_or_known_by_its_card() -> None:
+    options = {"dsgn": "medium", "stereo_rcnn": "medium", "patches": ""}
+    medium = trained_detector("dsgn", options)
+    assert isinstance(medium, DsgnDetector)
+    assert medium.configuration == DsgnConfiguration.preset("medium")
+    file = trained_inputs(("dsgn",), options)["weights of dsgn"]
+    same = trained_detector("dsgn", {**options, "dsgn": str(file)})
+    assert isinstance(same, DsgnDetector)
+    assert same.configuration == medium.configuration
+    with pytest.raises(DataError, match="No weights of stereo_rcnn_medium come with the package"):
+        trained_detector("stereo_rcnn", options)
