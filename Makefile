@@ -34,7 +34,7 @@ test-lowest: .venv/installed
 lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers 2
 	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/python docs/words.py
 	$(BIN)/python -m studies check

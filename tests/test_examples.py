@@ -82,6 +82,7 @@ def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
     assert cv2.imread(str(tmp_path / "new" / "sheet.png")).std() > 5
 
 
+@pytest.mark.slow
 def test_a_ghost_is_named_over_bad_lines() -> None:
     command = [sys.executable, str(EXAMPLES / "connected_sockets.py"), "--doubled", "0.3"]
     # Time enough for a machine that does other things meanwhile.

@@ -33,6 +33,7 @@ def test_a_damaged_file_is_read_soundly_or_refused_by_name() -> None:
     assert min(result["total"]["read"], result["total"]["refused"]) > 20
 
 
+@pytest.mark.slow
 def test_a_stopped_fuzz_goes_on_after_the_kinds_that_were_done(tmp_path: Path) -> None:
     done = tmp_path / "runs" / "done.jsonl"  # A fresh checkout has no folder of runs.
 

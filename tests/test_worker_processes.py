@@ -137,6 +137,7 @@ def test_tasks_are_done_in_other_processes_and_each_once(tasks: ModuleType) -> N
     assert each(tasks.doubling, []) == {}
 
 
+@pytest.mark.slow
 def test_threads_are_told_to_the_libraries_of_the_worker_only(
     tasks: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -167,6 +168,7 @@ def test_an_error_that_cannot_travel_is_told_in_words(tasks: ModuleType) -> None
         each(partial(tasks.ending, "odd"), [1])
 
 
+@pytest.mark.slow
 def test_closing_ends_workers_at_once(tasks: ModuleType, tmp_path: Path) -> None:
     diary = tmp_path / "diary"
     sleeping = partial(tasks.sleeping, str(diary))
@@ -179,6 +181,7 @@ def test_closing_ends_workers_at_once(tasks: ModuleType, tmp_path: Path) -> None
     assert all(gone(int(line)) for line in diary.read_text().splitlines())
 
 
+@pytest.mark.slow
 def test_one_can_wait_for_those_who_say_something(tasks: ModuleType) -> None:
     one, two = (Worker(tasks.echo, threads=1) for _ in range(2))
     try:
@@ -275,6 +278,7 @@ def _in_a_daemon(answers: Any) -> None:
     answers.send(sorted(each(worker_tasks.doubling, [1, 2])))
 
 
+@pytest.mark.slow
 def test_a_daemon_may_have_workers(tasks: ModuleType) -> None:
     """As the processes of vector environments are; multiprocessing itself forbids it."""
     ours, theirs = multiprocessing.Pipe()

@@ -150,7 +150,8 @@ def test_every_answer_is_counted_as_what_it_is(
         assert (row.area.value, row.at_rate.rate) == (1.0, 1.0)
 
 
-@pytest.mark.parametrize("blind", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("blind", [True, False])
 def test_a_validator_that_is_blind_to_other_attacks_is_broken(tmp_path: Path, blind: bool) -> None:
     part = {"name": "informed", "attempts": 1 if blind else TRIES}
     entry = made(part, tmp_path)

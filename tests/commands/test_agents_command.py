@@ -50,6 +50,7 @@ def test_trained_gone_on_with_and_judged(
     assert " points (" in shown
 
 
+@pytest.mark.slow
 def test_seeds_are_pooled_at_each_budget(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

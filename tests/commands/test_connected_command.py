@@ -182,6 +182,7 @@ def _day(root: Path) -> Path:
     return root / "2026_01_01"
 
 
+@pytest.mark.slow
 def test_drives_that_cannot_be_judged_are_left_out_and_the_rest_is_registered(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -119,6 +119,7 @@ def test_results_of_two_detectors_do_not_mix(
     assert ends(*usual, "--detector", "sleepy") == BAD_DATA
 
 
+@pytest.mark.slow
 def test_several_workers_write_the_same_files(kitti: Path, tmp_path: Path) -> None:
     (kitti / "training/label_2" / f"{IDS[3]}.txt").write_text("Car 0 0\n")
     one, two = tmp_path / "one", tmp_path / "two"

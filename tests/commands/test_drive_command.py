@@ -99,6 +99,7 @@ def test_what_was_killed_goes_on_to_the_same_bytes(made: Path, tmp_path: Path) -
     assert content(out) == content(made)
 
 
+@pytest.mark.slow
 def test_two_processes_make_the_same_drives(made: Path, tmp_path: Path) -> None:
     drive(tmp_path / "out", "--jobs", "2")
     assert content(tmp_path / "out") == content(made)

@@ -66,7 +66,12 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX pipes")
 @pytest.mark.parametrize(
-    ("unread", "unbuffered"), [("stdout", ""), ("stdout", "1"), ("stdout stderr", "")]
+    ("unread", "unbuffered"),
+    [
+        ("stdout", ""),
+        pytest.param("stdout", "1", marks=pytest.mark.slow),
+        pytest.param("stdout stderr", "", marks=pytest.mark.slow),
+    ],
 )
 @pytest.mark.parametrize(
     "words",

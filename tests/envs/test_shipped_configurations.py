@@ -26,12 +26,11 @@ SHORT: dict[str, dict[str, Any]] = {
 
 
 def listed() -> list[Any]:
-    """Algorithm, environment and variant of every entry, slow where sensors are rendered."""
+    """Algorithm, environment and variant of every entry; slow are variants and rendered sensors."""
     found = []
     for variant in (None, *shipped_variants()):
         for env, algorithms in shipped_configurations(variant).items():
-            rendered = env in RENDERED or (env, variant) == ("avsec/ClosedLoop-v0", "images")
-            marks = [pytest.mark.slow] if rendered else []
+            marks = [pytest.mark.slow] if env in RENDERED or variant else []
             found += [
                 pytest.param(
                     algorithm, env, variant, marks=marks, id=f"{algorithm}-{env}-{variant}"

@@ -102,6 +102,7 @@ def test_rates_count_the_intentions_that_are_contested() -> None:
             assert not blind.record.safe
 
 
+@pytest.mark.slow
 def test_the_labelled_scenarios_have_contested_ones(shared: Path) -> None:
     folder = shared / "safety_scenarios"
     named = scene_set("kitti_contested", kitti=folder)

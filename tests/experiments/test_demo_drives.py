@@ -114,6 +114,7 @@ def test_a_stopped_demo_goes_on_with_the_scene_that_it_had(
     assert len(driven_rows(tmp_path)) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_eyes")
 def test_processes_that_share_drive_by_drive_make_the_same(tmp_path: Path) -> None:
     drive_on(tmp_path / "one", 0)

@@ -144,6 +144,7 @@ def test_empty_folders_are_not_ok(tmp_path: Path) -> None:
     assert "training/label_2 holds no frames." in report.notes
 
 
+@pytest.mark.slow
 def test_real_data(shared: Path) -> None:
     report = check_data(shared / "kitti/object", deep=True)
     assert report.ok

@@ -51,8 +51,16 @@ print(json.dumps({"played": played[0], "info": {name: str(v) for name, v in afte
             "avsec/FaculaAttack-v0",
             {"detector": DETECTOR, "planner": "lane_change", "validator": "stereo_and_scan"},
         ),
-        ("avsec/LidarSpoofing-v0", {"validator": {"name": "stereo_and_scan", "most": 0.5}}),
-        ("avsec/PerturbationAttack-v0", {"detector": ATTACKED, "planner": "lane_change"}),
+        pytest.param(
+            "avsec/LidarSpoofing-v0",
+            {"validator": {"name": "stereo_and_scan", "most": 0.5}},
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "avsec/PerturbationAttack-v0",
+            {"detector": ATTACKED, "planner": "lane_change"},
+            marks=pytest.mark.slow,
+        ),
         (
             "avsec/DetectorBenchmark-v0",
             {"planner": {"name": "lane_change", "hardest": 2.0}, "attack": "shifted_image"},

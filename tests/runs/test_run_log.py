@@ -27,7 +27,7 @@ def test_a_full_disk_makes_no_noise(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 @needs_it
-@pytest.mark.parametrize("workers", [0, 1])
+@pytest.mark.parametrize("workers", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_rows_are_kept_without_a_log(
     workers: int, tiny: ModuleType, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -44,6 +44,7 @@ def test_processes_prepare_what_threads_do_in_order(task: Any) -> None:
     assert not torch.equal(by_threads[0].stereo.left, by_threads[1].stereo.left)
 
 
+@pytest.mark.slow
 def test_who_stops_early_leaves_no_process(task: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[Any] = []
     original = module.each_in_processes
@@ -59,6 +60,7 @@ def test_who_stops_early_leaves_no_process(task: Any, monkeypatch: pytest.Monkey
     assert started[0].gi_frame is None
 
 
+@pytest.mark.slow
 def test_an_error_in_a_process_is_told(task: Any) -> None:
     (next(iter(task._training._places)).data.folder / "label_2" / "000000.txt").write_text("?")
     for path in (task._training._places[0].data.folder / "label_2").iterdir():
@@ -67,6 +69,7 @@ def test_an_error_in_a_process_is_told(task: Any) -> None:
         next(batches(task, CONFIGURATION, 0, 4, 2, processes=True))
 
 
+@pytest.mark.slow
 def test_frames_reduced_by_processes_are_those_of_threads(
     spot_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

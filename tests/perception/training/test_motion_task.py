@@ -224,6 +224,7 @@ def test_options_make_the_tasks(root: Path, cache: Path) -> None:
         motion_task(TaskOptions("large", (root,), (), cache))
 
 
+@pytest.mark.slow
 def test_road_types_are_learned_from_the_same_frames(
     root: Path, cache: Path, tmp_path: Path
 ) -> None:

@@ -42,6 +42,7 @@ def found() -> ConnectedAttackers:
         return connected_attackers.connected_attackers(1)
 
 
+@pytest.mark.slow
 def test_every_attacker_is_judged_with_three_and_with_five_vehicles(
     found: ConnectedAttackers,
 ) -> None:

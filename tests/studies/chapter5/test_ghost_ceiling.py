@@ -113,7 +113,7 @@ def from_above(box: Boxes3D) -> shapely.Polygon:
 
 
 @pytest.mark.parametrize("intention", Intention)
-@pytest.mark.parametrize("distances", [BINS[0], (5.0, 12.0)])
+@pytest.mark.parametrize("distances", [BINS[0], pytest.param((5.0, 12.0), marks=pytest.mark.slow)])
 def test_the_ceiling_is_that_of_brute_force(
     found: GhostCeilings, intention: Intention, distances: tuple[float, float]
 ) -> None:

@@ -98,6 +98,7 @@ def in_drives(outcomes: Outcomes, cases: CaseMeasures) -> dict[str, FlipRow]:
     return {row.measure: row for row in rows if (row.detector, row.family) == ("dsgn", "all")}
 
 
+@pytest.mark.slow
 def test_cars_in_reach_tell_what_all_cars_do_not(made: ModuleType) -> None:
     rows = over_attacks(*measured(made))
     assert {measure for measure, *_ in rows} == set(MEASURES)

@@ -154,7 +154,7 @@ def run(way: str, program: str, cache: Path) -> subprocess.CompletedProcess[str]
     ("way", "program", "scenes"),
     [
         ("script", ONE, 1),
-        ("stdin", ONE, 1),
+        pytest.param("stdin", ONE, 1, marks=pytest.mark.slow),
         pytest.param("interactive", ONE, 1, marks=pytest.mark.slow),
         ("script", ASYNC, 2),
         pytest.param("script", SUBPROC, 3, marks=pytest.mark.slow),
