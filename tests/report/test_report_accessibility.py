@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
+from avsec_gym.cli import run
+from avsec_gym.commands.drive_results import PAGE
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.experiments.chapter3.defence.rates import DefenceSummary
@@ -25,6 +27,8 @@ from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPi
 from avsec_gym.experiments.chapter3.localisation.section import localisation_section
 from avsec_gym.experiments.chapter3.objects.section import optical_section
 from avsec_gym.experiments.chapter3.objects.tables import OpticalSummaries
+from avsec_gym.experiments.chapter4.section import connected_section
+from avsec_gym.experiments.chapter4.summary import ConnectedSummary
 from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_facts import OtherRates, RunFacts
@@ -37,18 +41,20 @@ pytestmark = pytest.mark.slow
 RESULTS = Path(__file__).parents[2] / "studies" / "results"
 PAGES = (
     "page", "torso", "identification_sgbm", "five_sensors", "optical_attacks", "believed",
-    "localisation", "defence", "other",
+    "localisation", "defence", "chapter4", "other", "drives",
 )  # fmt: skip
-"""The run of `conftest`, whole and in part; committed results; a run of other settings."""
+"""The run of `conftest`, whole and in part; committed results; a run of other settings; the page of
+`avsec drive`."""
 SECTIONS: dict[str, Callable[[Any], Section]] = {
     "validation": lambda figures: validation_section(row_of(ValidationSummary, figures)),
     "five_sensors": lambda figures: five_section(row_of(FiveSummary, figures)),
     "defence": lambda figures: defence_section(row_of(DefenceSummary, figures)),
+    "connected": lambda figures: connected_section(row_of(ConnectedSummary, figures)),
 }
 """Of committed results, by the names of their figures."""
 IDS = (
     "scenes", "losses", "precision", "safety", "ghosts", "spread", "controls", "flips",
-    "validation", "five", "optical", "localisation", "defence", "other", "run",
+    "validation", "five", "optical", "localisation", "defence", "connected", "other", "run",
 )  # fmt: skip
 """Of all sections."""
 LOOKS = (("light", 1280), ("dark", 390), ("light", 390), ("dark", 1280))
@@ -80,7 +86,13 @@ FAULTS = {
 
 
 @pytest.fixture(scope="module")
-def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Callable[[str], str]:
+def source(
+    page: Path,
+    torso: RunFolder,
+    drawn: ModuleType,
+    frames: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Callable[[str], str]:
     """The HTML of one of `PAGES`."""
 
     def of(name: str) -> str:
@@ -88,6 +100,11 @@ def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Cal
             return page.read_text()
         if name == "torso":
             return html_page(run_report(torso))
+        if name == "drives":
+            folder = tmp_path_factory.mktemp("drives") / "out"
+            asked = f"drive --scenarios layouts --limit 2 --settings truth blind --out {folder}"
+            assert run(asked.split()) == 0
+            return (folder / PAGE).read_text()
         if name == "other":
             base = json.loads((RESULTS / "five_sensors.json").read_text())
             other = [
