@@ -89,7 +89,9 @@ def drive_on(
             return
         known = {row["scenario"] for row in folder.rows.values()}
         scene = known.pop() if known else TELLING.get(seed) or contested_drive(scenarios)
-        tasks = [DriveTask(setting.name, scene, _STRAIGHT, seed) for setting in SETTINGS]
+        # The defended drive takes as long as the two others: it begins first.
+        longest_first = reversed(SETTINGS)
+        tasks = [DriveTask(setting.name, scene, _STRAIGHT, seed) for setting in longest_first]
         make_drives(
             tasks, SETTINGS, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress
         )
