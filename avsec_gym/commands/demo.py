@@ -37,7 +37,7 @@ class Demo:
 
     out: Path = Path("runs/demo")
     """Folder of the run: new, empty, or with the same demo."""
-    scenarios: int = 8
+    scenarios: int = 5
     """How many scenes, each driven left, straight and right."""
     seed: int = 0
     """Seed of the scenes and the attacks."""
@@ -49,6 +49,7 @@ class Demo:
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
         from avsec_gym.experiments.chapter5.section.findings import outcomes_of
+        from avsec_gym.experiments.demo.drive_ahead import drives_ahead
         from avsec_gym.experiments.demo.drive_on import FOLDER as DRIVES
         from avsec_gym.experiments.demo.drive_on import drive_on
         from avsec_gym.experiments.demo.experiment import unpatched
@@ -62,14 +63,20 @@ class Demo:
         whole_number("--seed", self.seed, 0)
         if self.workers is not None:
             whole_number("--workers", self.workers, 0)
-        # The run of both detectors under attack, then the drives.
+        # The run of both detectors under attack; beside it, if all is new, the drives.
         asked = Run(
             (_NAME,), CONTESTED, self.scenarios, self.seed, out=self.out, workers=self.workers
         )
-        besides = (PAGE,) if self._looks_first() else ()
-        ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
+        drives, is_new = self.out / DRIVES, self._is_new()
+        with drives_ahead(drives, self.seed, self._jobs if is_new else 1) as ahead:
+            if is_new:
+                self._look_first()
+            besides = (PAGE, DRIVES) if is_new else ()
+            ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
+            with console.progress("driving on") as shown:
+                ahead.wait(shown)
         with console.progress("driving on") as shown:
-            drive_on(self.out / DRIVES, self.seed, self._jobs, shown)
+            drive_on(drives, self.seed, self._jobs, shown)
         # The figures on the console, the page, and a sentence for each finding.
         folder = RunFolder.open(self.out)
         rows = demo_rows(outcomes_of(folder))
@@ -103,29 +110,35 @@ class Demo:
         usual = usual_workers([usable_cores()], threads=1)
         return max(usual if self.workers is None else self.workers, 1)
 
-    def _looks_first(self) -> bool:
-        """Write a page of what the demo is about, where there is no run yet; whether it is there.
-
-        Nothing but such a page is written over.
-        """
-        from avsec_gym.experiments.chapter5.section.sections import style_and_script
-        from avsec_gym.experiments.demo.first_look import TITLE, first_look
-        from avsec_gym.report.plain_page import plain_page
+    def _is_new(self) -> bool:
+        """Whether there is no run yet: nothing, or what a demo that was stopped had begun with."""
         from avsec_gym.storage.folders import make_folder
-        from avsec_gym.storage.text_files import write_text
 
         make_folder(self.out)
         there = [path for path in self.out.iterdir() if not path.name.startswith(".")]
-        if there and not (len(there) == 1 and _is_first_look(there[0])):
-            return False
+        return all(_is_first_look(path) or _are_first_drives(path) for path in there)
+
+    def _look_first(self) -> None:
+        """Write a page of what the demo is about."""
+        from avsec_gym.experiments.chapter5.section.sections import style_and_script
+        from avsec_gym.experiments.demo.first_look import TITLE, first_look
+        from avsec_gym.report.plain_page import plain_page
+        from avsec_gym.storage.text_files import write_text
+
         text = plain_page(TITLE, _FIRST_LOOK, [first_look(self.seed)], *style_and_script())
         write_text(self.out / PAGE, text, overwrite=True)
         console.say(f"{self.out / PAGE}: what it is about, in a picture; then come the attacks")
-        return True
 
 
 def _is_first_look(path: Path) -> bool:
     return path.name == PAGE and is_file(path) and f'"{_FIRST_LOOK}"' in read_text(path)
+
+
+def _are_first_drives(path: Path) -> bool:
+    from avsec_gym.drives.drive_folder import RECORD
+    from avsec_gym.experiments.demo.drive_on import FOLDER
+
+    return path.name == FOLDER and is_file(path / RECORD)
 
 
 class _FirstScene:

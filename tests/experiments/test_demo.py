@@ -12,7 +12,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5 import attacked_cells, attacked_episodes, true_episodes
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
-from avsec_gym.experiments.demo.experiment import DEMO, unpatched
+from avsec_gym.experiments.demo.experiment import DEMO, SCENES, unpatched
 from avsec_gym.experiments.demo.rates import demo_rows
 from avsec_gym.experiments.demo.story import HIT, contested_ways, hits, sentences, story_rows
 from avsec_gym.metrics.average_precision_curves import best_average_precisions
@@ -49,7 +49,7 @@ def test_only_patches_that_were_trained_are_put_up(
         *(("stereo_rcnn", attack) for attack in ("unattacked", "thesis_pgd-1")),
     ]
     assert experiment("demo") is DEMO
-    assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural_contested", 8)
+    assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural_contested", SCENES)
 
 
 def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleType) -> None:

@@ -51,12 +51,12 @@ _VALIDATOR = {
 _ENDS = {"goal": "it reaches its goal", "stopped": "it stands", "time": "it still drives"}
 _EVERY = 2
 """Instants from one picture of the film to the next."""
+_SHARED = {**_EYES, "traffic": "reacting", "duration": 6.0}
+"""What the three have in common; frames are what takes time, two for each second."""
 SETTINGS = (
-    DriveSetting(UNATTACKED, {**_EYES, "traffic": "reacting"}),
-    DriveSetting(ATTACKED, {**_EYES, "traffic": "reacting", "attack": _LASER}),
-    DriveSetting(
-        DEFENDED, {**_EYES, "traffic": "reacting", "attack": _LASER, "validator": _VALIDATOR}
-    ),
+    DriveSetting(UNATTACKED, _SHARED),
+    DriveSetting(ATTACKED, {**_SHARED, "attack": _LASER}),
+    DriveSetting(DEFENDED, {**_SHARED, "attack": _LASER, "validator": _VALIDATOR}),
 )
 
 

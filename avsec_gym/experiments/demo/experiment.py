@@ -17,7 +17,7 @@ from avsec_gym.experiments.procedural_frames import CONTESTED
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 
 _PATCH = PATCHES[0]
-SCENES = 8
+SCENES = 5
 """As many scenes as are done in about three minutes on two cores, from nothing."""
 
 
