@@ -49,6 +49,7 @@ class Demo:
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
         from avsec_gym.experiments.chapter5.section.findings import outcomes_of
+        from avsec_gym.experiments.demo.contested_frames import contested_frames
         from avsec_gym.experiments.demo.drive_ahead import drives_ahead
         from avsec_gym.experiments.demo.drive_on import FOLDER as DRIVES
         from avsec_gym.experiments.demo.drive_on import drive_on
@@ -71,6 +72,8 @@ class Demo:
         with drives_ahead(drives, self.seed, self._jobs if is_new else 1) as ahead:
             if is_new:
                 self._look_first()
+                if self._jobs > 1:
+                    contested_frames(self.scenarios, self.seed, self._jobs - 1)
             besides = (PAGE, DRIVES) if is_new else ()
             ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
             with console.progress("driving on") as shown:
