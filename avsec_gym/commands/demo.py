@@ -37,7 +37,7 @@ class Demo:
 
     out: Path = Path("runs/demo")
     """Folder of the run: new, empty, or with the same demo."""
-    scenarios: int = 5
+    scenarios: int = 4
     """How many scenes, each driven left, straight and right."""
     seed: int = 0
     """Seed of the scenes and the attacks."""
@@ -65,17 +65,19 @@ class Demo:
         if self.workers is not None:
             whole_number("--workers", self.workers, 0)
         # The run of both detectors under attack; beside it, if all is new, the drives.
-        asked = Run(
-            (_NAME,), CONTESTED, self.scenarios, self.seed, out=self.out, workers=self.workers
-        )
         drives, is_new = self.out / DRIVES, self._is_new()
-        with drives_ahead(drives, self.seed, self._jobs if is_new else 1) as ahead:
+        beside = is_new and self._jobs > 1
+        others, threads = (self._jobs - 1, 1) if beside else (self.workers, None)
+        asked = Run(
+            (_NAME,), CONTESTED, self.scenarios, self.seed,
+            out=self.out, workers=others, threads=threads,
+        )  # fmt: skip
+        with drives_ahead(drives, self.seed, self._jobs if beside else 1) as ahead:
             if is_new:
                 self._look_first()
-                if self._jobs > 1:
-                    contested_frames(self.scenarios, self.seed, self._jobs - 1)
-            besides = (PAGE, DRIVES) if is_new else ()
-            ran = asked.ran(_FirstScene(self.out, self.scenarios), besides)
+            if beside:
+                contested_frames(self.scenarios, self.seed, self._jobs - 1)
+            ran = asked.ran(_FirstScene(self.out, self.scenarios), (PAGE, DRIVES) if is_new else ())
             with console.progress("driving on") as shown:
                 ahead.wait(shown)
         with console.progress("driving on") as shown:

@@ -51,13 +51,11 @@ _VALIDATOR = {
 _ENDS = {"goal": "it reaches its goal", "stopped": "it stands", "time": "it still drives"}
 _EVERY = 2
 """Instants from one picture of the film to the next."""
-_SHARED = {**_EYES, "traffic": "reacting", "duration": 6.0}
-"""What the three have in common.  Frames are what takes time, two for each second, and most where
-the validator compares whole images with a scan: a car that stops is watched for a shorter while."""
+_SHARED = {**_EYES, "traffic": "reacting"}
 SETTINGS = (
     DriveSetting(UNATTACKED, _SHARED),
     DriveSetting(ATTACKED, {**_SHARED, "attack": _LASER}),
-    DriveSetting(DEFENDED, {**_SHARED, "duration": 4.5, "attack": _LASER, "validator": _VALIDATOR}),
+    DriveSetting(DEFENDED, {**_SHARED, "attack": _LASER, "validator": _VALIDATOR}),
 )
 
 
