@@ -78,13 +78,13 @@ class Demo:
             if beside:
                 contested_frames(self.scenarios, self.seed, self._jobs - 1)
             ran = asked.ran(_FirstScene(self.out, self.scenarios), (PAGE, DRIVES) if is_new else ())
+            folder = RunFolder.open(self.out)
+            rows = demo_rows(outcomes_of(folder))
             with console.progress("driving on") as shown:
                 ahead.wait(shown)
         with console.progress("driving on") as shown:
             drive_on(drives, self.seed, self._jobs, shown)
         # The figures on the console, the page, and a sentence for each finding.
-        folder = RunFolder.open(self.out)
-        rows = demo_rows(outcomes_of(folder))
         if not self.json:
             _print(rows)
         for detector in unpatched(folder.configuration.options):
