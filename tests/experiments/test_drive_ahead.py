@@ -15,7 +15,7 @@ from avsec_gym.experiments.demo.drive_on import drive_on, driven_rows
 
 def test_one_process_alone_begins_none(tmp_path: Path) -> None:
     with drives_ahead(tmp_path / "drives", 0, processes=1) as ahead:
-        ahead.wait(lambda done, total: pytest.fail("somebody drives"))
+        ahead.wait(lambda done, total: pytest.fail("a drive is made"))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -39,7 +39,7 @@ def test_who_does_not_wait_ends_it(tmp_path: Path) -> None:
             assert time.monotonic() - begun < 120.0
             time.sleep(0.05)
     assert driven_rows(tmp_path / "drives") == []
-    # Nobody holds the folder any more: what stops another demo is what was begun there.
+    # The folder is held no more: what stops another demo is what was begun there.
     with pytest.raises(DataError, match="are others"):
         drive_on(tmp_path / "drives", 1)
 

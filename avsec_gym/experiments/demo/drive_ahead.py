@@ -18,7 +18,7 @@ _SECONDS_BETWEEN_LOOKS = 1.0
 
 
 class DrivesAhead:
-    """Drives that are being made, or that nobody makes.
+    """Drives that are being made, or none.
 
     Args:
         out: Folder of the drives.
