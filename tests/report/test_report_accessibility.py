@@ -16,6 +16,7 @@ from avsec_gym.cli import run
 from avsec_gym.commands.drive_results import PAGE
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.scenario_picture import picture_array
+from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.experiments.chapter3.defence.rates import DefenceSummary
 from avsec_gym.experiments.chapter3.defence.section import defence_section
 from avsec_gym.experiments.chapter3.identification.five_sensors import FiveSummary
@@ -29,6 +30,8 @@ from avsec_gym.experiments.chapter3.objects.section import optical_section
 from avsec_gym.experiments.chapter3.objects.tables import OpticalSummaries
 from avsec_gym.experiments.chapter4.section import connected_section
 from avsec_gym.experiments.chapter4.summary import ConnectedSummary
+from avsec_gym.experiments.chapter5 import attacked_episodes, scenes
+from avsec_gym.experiments.demo import drive_on
 from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_facts import OtherRates, RunFacts
@@ -41,10 +44,10 @@ pytestmark = pytest.mark.slow
 RESULTS = Path(__file__).parents[2] / "studies" / "results"
 PAGES = (
     "page", "torso", "identification_sgbm", "five_sensors", "optical_attacks", "believed",
-    "localisation", "defence", "chapter4", "other", "drives",
+    "localisation", "defence", "chapter4", "other", "drives", "demo", "leaderboard",
 )  # fmt: skip
-"""The run of `conftest`, whole and in part; committed results; a run of other settings; the page of
-`avsec drive`."""
+"""The run of `conftest`, whole and in part; committed results; a run of other settings; the pages
+of `avsec drive`, `avsec demo` and `avsec benchmark board`."""
 SECTIONS: dict[str, Callable[[Any], Section]] = {
     "validation": lambda figures: validation_section(row_of(ValidationSummary, figures)),
     "five_sensors": lambda figures: five_section(row_of(FiveSummary, figures)),
@@ -105,6 +108,13 @@ def source(
             asked = f"drive --scenarios layouts --limit 2 --settings truth blind --out {folder}"
             assert run(asked.split()) == 0
             return (folder / PAGE).read_text()
+        if name == "demo":
+            return demo_page(drawn, tmp_path_factory.mktemp("demo"))
+        if name == "leaderboard":
+            board = tmp_path_factory.mktemp("board") / "leaderboard.html"
+            asked = f"benchmark board {RESULTS.parents[1] / 'leaderboard'} --out {board}"
+            assert run(asked.split()) == 0
+            return board.read_text()
         if name == "other":
             base = json.loads((RESULTS / "five_sensors.json").read_text())
             other = [
@@ -127,6 +137,26 @@ def source(
         return html_page(RunReport(row_of(RunFacts, report), [Findings(sections)]))
 
     return of
+
+
+def demo_page(drawn: ModuleType, folder: Path) -> str:
+    """The page of a demo whose detections are drawn, and in which nothing is rendered."""
+    sees = {drive_on.UNATTACKED: "truth", drive_on.ATTACKED: "blind", drive_on.DEFENDED: "truth"}
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(attacked_episodes, "AttackedEpisodes", drawn.DrawnEpisodes)
+        patched.setattr(
+            scenes, "procedural_frames",
+            lambda count, seed, contested: drawn.write_frames(folder / "frames", count),
+        )  # fmt: skip
+        patched.setattr(
+            drive_on, "SETTINGS",
+            tuple(DriveSetting(name, {"perception": what}) for name, what in sees.items()),
+        )  # fmt: skip
+        scenes._scenes.cache_clear()
+        asked = f"demo --scenarios 4 --workers 0 --out {folder / 'out'}"
+        assert run(asked.split()) == 0
+    scenes._scenes.cache_clear()
+    return (folder / "out" / "report.html").read_text()
 
 
 @pytest.fixture
