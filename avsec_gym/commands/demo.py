@@ -117,11 +117,15 @@ class Demo:
 
     def _is_new(self) -> bool:
         """Whether there is no run yet: nothing, or what a demo that was stopped had begun with."""
+        from avsec_gym.experiments.demo.drive_on import FOLDER, are_demo_drives
         from avsec_gym.storage.folders import make_folder
 
         make_folder(self.out)
         there = [path for path in self.out.iterdir() if not path.name.startswith(".")]
-        return all(_is_first_look(path) or _are_first_drives(path) for path in there)
+        return all(
+            _is_first_look(path) or (path.name == FOLDER and are_demo_drives(path, self.seed))
+            for path in there
+        )
 
     def _look_first(self) -> None:
         """Write a page of what the demo is about."""
@@ -137,13 +141,6 @@ class Demo:
 
 def _is_first_look(path: Path) -> bool:
     return path.name == PAGE and is_file(path) and f'"{_FIRST_LOOK}"' in read_text(path)
-
-
-def _are_first_drives(path: Path) -> bool:
-    from avsec_gym.drives.drive_folder import RECORD
-    from avsec_gym.experiments.demo.drive_on import FOLDER
-
-    return path.name == FOLDER and is_file(path / RECORD)
 
 
 class _FirstScene:

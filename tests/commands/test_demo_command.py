@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +132,13 @@ def test_the_first_page_shows_a_scene_in_which_it_matters_what_a_car_sees(
         outcomes = re.findall(r'class="outcome (\w+)"', text)
         assert outcomes[0] != "safe"
         assert outcomes[1] == "safe"
+    # Drives that it had begun do not stop it, other drives do.
+    drive_on.drive_on(page.parent / "drives", 0)
+    ends("demo", "--workers", 0)
+    assert "what it is about" in capsys.readouterr().err
+    assert ends("demo", "--workers", 0, "--seed", 1) == BAD_DATA
+    assert "what it is about" not in capsys.readouterr().err
+    shutil.rmtree(page.parent / "drives")
     # A page of the user's own is not written over.
     page.write_text("<h1>Mine</h1>")
     assert ends("demo", "--workers", 0) == BAD_DATA

@@ -10,7 +10,7 @@ import pytest
 from avsec_gym.drives.drive_folder import RECORD
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.demo.drive_ahead import drives_ahead
-from avsec_gym.experiments.demo.drive_on import drive_on, driven_rows
+from avsec_gym.experiments.demo.drive_on import are_demo_drives, drive_on, driven_rows
 
 
 def test_one_process_alone_begins_none(tmp_path: Path) -> None:
@@ -27,6 +27,7 @@ def test_what_goes_wrong_is_left_to_who_drives_on(
     with drives_ahead(tmp_path, 0, processes=2) as ahead:
         ahead.wait(lambda done, total: None)
     assert capfd.readouterr().err == ""
+    assert not are_demo_drives(tmp_path, 0)
     with pytest.raises(DataError, match=r"drives here are others|drives\.jsonl"):
         drive_on(tmp_path, 0)
     assert (tmp_path / "drives.jsonl").read_text() == "{}\n"
@@ -39,6 +40,8 @@ def test_who_does_not_wait_ends_it(tmp_path: Path) -> None:
             assert time.monotonic() - begun < 120.0
             time.sleep(0.05)
     assert driven_rows(tmp_path / "drives") == []
+    assert are_demo_drives(tmp_path / "drives", 0)
+    assert not are_demo_drives(tmp_path / "drives", 1)
     # The folder is held no more: what stops another demo is what was begun there.
     with pytest.raises(DataError, match="are others"):
         drive_on(tmp_path / "drives", 1)

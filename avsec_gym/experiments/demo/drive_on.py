@@ -18,7 +18,7 @@ from avsec_gym.attacks.facula import THESIS_RADII
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.film_strip import RATE, clip, gif
 from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
-from avsec_gym.drives.drive_folder import RECORD, DriveFolder, has_drives
+from avsec_gym.drives.drive_folder import RECORD, DriveFolder, differences, has_drives
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.driving import make_drives
 from avsec_gym.drives.one_drive import DriveTask, drive
@@ -31,6 +31,7 @@ from avsec_gym.runs.section import Section
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.storage.folder_lock import locked_folder
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.regular_files import is_file
 from avsec_gym.validation.shipped import shipped_file
 
 FOLDER = "drives"
@@ -76,14 +77,9 @@ def drive_on(
     Raises:
         DataError: The folder holds other drives, or damaged ones.
     """
-    scenarios = {"source": "drives", "seed": seed, "count": _MOST_SCENES}
-    record = {
-        "version": __version__,
-        "scenarios": scenarios,
-        "settings": {setting.name: setting.record for setting in SETTINGS},
-    }
+    scenarios = _scenarios(seed)
     with locked_folder(out):
-        folder = DriveFolder(out, record)
+        folder = DriveFolder(out, _record(seed))
         if len(folder.rows) == len(SETTINGS):
             return
         known = {row["scenario"] for row in folder.rows.values()}
@@ -94,6 +90,28 @@ def drive_on(
         make_drives(
             tasks, SETTINGS, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress
         )
+
+
+def are_demo_drives(out: Path, seed: int) -> bool:
+    """Whether a folder holds the drives of the demo with this seed, or what they begin with.
+
+    Args:
+        out: Folder of the drives.
+        seed: The demo's seed.
+    """
+    return is_file(out / RECORD) and not differences(out, _record(seed))
+
+
+def _scenarios(seed: int) -> dict[str, Any]:
+    return {"source": "drives", "seed": seed, "count": _MOST_SCENES}
+
+
+def _record(seed: int) -> dict[str, Any]:
+    return {
+        "version": __version__,
+        "scenarios": _scenarios(seed),
+        "settings": {setting.name: setting.record for setting in SETTINGS},
+    }
 
 
 def contested_drive(scenarios: dict[str, Any]) -> str:
