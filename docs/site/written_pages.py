@@ -1,7 +1,7 @@
 """The pages that people wrote, brought to the site: Markdown that a code host shows as well.
 
-A page keeps its text.  Its links are turned: to another page of the site, to a picture beside it,
-or to the code host, where the site has no such file.  What its code needs beside an installation
+A page keeps its text.  Its links are turned: to another page of the site, to a picture or a report
+beside it, or to the code host, where the site has no such file.  What its code needs beside an installation
 stands above the first of it.
 """
 
@@ -31,11 +31,11 @@ def pages() -> dict[Path, str]:
 
 
 def write_pages(source: Path) -> set[Path]:
-    """Write them and the pictures they show; returns the files."""
+    """Write them, the pictures they show and the reports they link; returns the files."""
     shown = pages()
     written: set[Path] = set()
     for page, place in shown.items():
-        text, pictures = _turned(page, place, shown)
+        text, files = _turned(page, place, shown)
         if needs := _NEEDS.get(place.removesuffix(".md")):
             text = text.replace(
                 "```python", f"*The code of this page needs {needs}.*\n\n```python", 1
@@ -46,8 +46,8 @@ def write_pages(source: Path) -> set[Path]:
             results = [to for to in shown.values() if to.startswith("studies/results/")]
             text += "\n" + toctree(f"results/{Path(to).stem}" for to in results)
         written.add(write_changed(source / place, text.encode()))
-        for picture in pictures:
-            written.add(write_changed(source / _place(picture), picture.read_bytes()))
+        for file in files:
+            written.add(write_changed(source / _place(file), file.read_bytes()))
     return written
 
 
@@ -60,8 +60,8 @@ def write_changed(file: Path, content: bytes) -> Path:
 
 
 def _turned(page: Path, place: str, shown: dict[Path, str]) -> tuple[str, set[Path]]:
-    """The text with links for the site, and the pictures that it shows."""
-    pictures: set[Path] = set()
+    """The text with links for the site, and the pictures and reports that it needs."""
+    files: set[Path] = set()
     here = Path(place).parent
 
     def turned(match: re.Match[str]) -> str:
@@ -71,8 +71,8 @@ def _turned(page: Path, place: str, shown: dict[Path, str]) -> tuple[str, set[Pa
             return match[0]
         if target in shown:
             to = os.path.relpath(shown[target], here)
-        elif mark:
-            pictures.add(target)
+        elif mark or target.suffix == ".html":
+            files.add(target)
             to = os.path.relpath(_place(target), here)
         else:
             to = address(target)
@@ -81,10 +81,10 @@ def _turned(page: Path, place: str, shown: dict[Path, str]) -> tuple[str, set[Pa
     # Between the blocks of code only: `results[0](frame)` is no link.
     parts = _FENCED.split(page.read_text(encoding="utf-8"))
     parts[::2] = [_LINK.sub(turned, part) for part in parts[::2]]
-    return "".join(parts), pictures
+    return "".join(parts), files
 
 
-def _place(picture: Path) -> Path:
-    """A picture's place on the site: that in the repository, docs/ being the site's root."""
-    place = picture.relative_to(ROOT)
+def _place(file: Path) -> Path:
+    """A file's place on the site: that in the repository, docs/ being the site's root."""
+    place = file.relative_to(ROOT)
     return place.relative_to("docs") if place.parts[0] == "docs" else place
