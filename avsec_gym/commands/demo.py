@@ -22,6 +22,8 @@ _NAME = "demo"
 _FIRST_LOOK = "avsec demo, at its beginning"
 """What its page names as its maker."""
 _PICTURES = 4
+_FEW = 8
+"""As many scenes take about as long as the drives do."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,9 @@ class Demo:
         whole_number("--seed", self.seed, 0)
         if self.workers is not None:
             whole_number("--workers", self.workers, 0)
-        # The run of both detectors under attack; beside it, if all is new, the drives.
+        # The run of both detectors under attack; beside it, where both take as long, the drives.
         drives, is_new = self.out / DRIVES, self._is_new()
-        beside = is_new and self._jobs > 1
+        beside = is_new and self._jobs > 1 and self.scenarios <= _FEW
         others, threads = (self._jobs - 1, 1) if beside else (self.workers, None)
         asked = Run(
             (_NAME,), CONTESTED, self.scenarios, self.seed,

@@ -1,8 +1,8 @@
 """The pages that people wrote, brought to the site: Markdown that a code host shows as well.
 
 A page keeps its text.  Its links are turned: to another page of the site, to a picture or a report
-beside it, or to the code host, where the site has no such file.  What its code needs beside an installation
-stands above the first of it.
+beside it, or to the code host, where the site has no such file.  What its code needs beside an
+installation stands above the first of it.
 """
 
 from __future__ import annotations
