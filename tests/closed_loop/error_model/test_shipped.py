@@ -32,10 +32,6 @@ def test_each_detector_has_one_left_alone_and_under_attacks() -> None:
     assert set(shipped_error_models()) == wanted
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="fitted to the first edition's weights; `python -m studies error_models` fits them anew",
-)
 @pytest.mark.parametrize("name", shipped_error_models())
 def test_a_shipped_one_is_of_todays_weights(name: str) -> None:
     model = named_error_model(name)
