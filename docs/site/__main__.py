@@ -72,6 +72,8 @@ def build_site(out: Path, films: Path) -> None:
     )
     if code:
         raise SystemExit(code)
+    for report in source.rglob("*.html"):
+        shutil.copy(report, out / "html" / report.relative_to(source))
     if films.is_dir():
         shutil.copytree(films, out / "html/films", ignore=shutil.ignore_patterns("sets"))
 

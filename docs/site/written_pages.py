@@ -74,6 +74,8 @@ def _turned(page: Path, place: str, shown: dict[Path, str]) -> tuple[str, set[Pa
         elif mark or target.suffix == ".html":
             files.add(target)
             to = os.path.relpath(_place(target), here)
+            if not mark:  # A link in Markdown would download it.
+                return f'<a href="{to}">{words}</a>'
         else:
             to = address(target)
         return f"{mark}[{words}]({to}{anchor})"
