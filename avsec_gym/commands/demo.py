@@ -110,7 +110,7 @@ class Demo:
 
     @property
     def _jobs(self) -> int:
-        """Processes that drive on."""
+        """Processes that work at a time."""
         from avsec_gym.runs.run import usable_cores
         from avsec_gym.runs.shares import usual_workers
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.commands.demo import Demo
+from avsec_gym.experiments import procedural_frames
 from avsec_gym.experiments.chapter5 import attacked_cells, attacked_episodes, true_episodes
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
+from avsec_gym.experiments.demo import contested_frames
 from avsec_gym.experiments.demo.experiment import DEMO, SCENES, unpatched
 from avsec_gym.experiments.demo.rates import demo_rows
 from avsec_gym.experiments.demo.story import HIT, contested_ways, hits, sentences, story_rows
@@ -50,6 +54,21 @@ def test_only_patches_that_were_trained_are_put_up(
     ]
     assert experiment("demo") is DEMO
     assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural_contested", SCENES)
+    assert Demo().scenarios == SCENES
+
+
+def test_frames_made_ahead_are_those_that_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def cached(name: str, recipe: Any, workers: int | None = None) -> Path:
+        asked.append((name, len(recipe), recipe.settings))
+        return Path(name)
+
+    for module in (contested_frames, procedural_frames):
+        monkeypatch.setattr(module, "cached", cached)
+    contested_frames.contested_frames(2, 3, processes=1)
+    procedural_frames.procedural_frames(2, 3, contested=True)
+    assert asked[0] == asked[1]
 
 
 def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleType) -> None:
