@@ -107,10 +107,10 @@ def paired(truth: Boxes3D, found: Boxes3D) -> Pairs:
     return Pairs(labels, detections)
 
 
-def wanted_cars(truth: Sequence[Boxes3D]) -> list[NDArray[np.bool_]]:
-    """Which labels of each frame a detector must find at the moderate level."""
+def wanted_cars(truth: Sequence[Boxes3D], level: int = LEVEL) -> list[NDArray[np.bool_]]:
+    """Which labels of each frame a detector must find at a level, of itself the moderate one."""
     labels = pooled(truth, "labels")
-    counts = label_status(labels, CATEGORY, LEVEL) == COUNTED
+    counts = label_status(labels, CATEGORY, level) == COUNTED
     return np.split(counts, labels.extents.first[1:-1])
 
 

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.json_rows import OPTIONAL, keyed, row_of
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, MinIou, average_precision
-from avsec_gym.metrics.average_precision_frames import NEIGHBOURS
+from avsec_gym.metrics.average_precision_frames import LEVELS, NEIGHBOURS
 from avsec_gym.metrics.working_point import WorkingPoint, working_point
 from studies.perception.corrected_detections import CorrectedPrecision, corrected_precision
 from studies.perception.detection_errors import (
@@ -33,6 +34,8 @@ FEWEST_CARS = 41
 """The fewest cars: with fewer, KITTI's recall points cannot all be reached, and even a perfect
 detector has less than 100 %: a range of distance is left out then."""
 
+_HARD = LEVELS.index("hard")
+_OCCLUSIONS = (0, 1, 2)
 _IGNORED = NEIGHBOURS[CATEGORY.lower()].capitalize()
 
 
@@ -50,8 +53,8 @@ class LevelPrecision:
 
 
 @dataclass(frozen=True)
-class ModeratePrecision:
-    """The same of the moderate level alone."""
+class LimitedPrecision:
+    """The same of one level alone."""
 
     ap11: float | None
     ap40: float | None
@@ -72,10 +75,25 @@ class DistancePrecision:
     far: float | None
     """None: no bound."""
     cars: int
-    strict: Mapping[str, ModeratePrecision] | None = field(
+    strict: Mapping[str, LimitedPrecision] | None = field(
         default=None, metadata={**keyed("0.7"), **OPTIONAL}
     )
-    loose: Mapping[str, ModeratePrecision] | None = field(
+    loose: Mapping[str, LimitedPrecision] | None = field(
+        default=None, metadata={**keyed("0.5"), **OPTIONAL}
+    )
+
+
+@dataclass(frozen=True)
+class OcclusionPrecision:
+    """The precision of cars that are hidden so much, by KITTI's hard level; None where too few."""
+
+    occlusion: int
+    """KITTI's level: 0 fully visible, 1 partly, 2 largely occluded."""
+    cars: int
+    strict: Mapping[str, LimitedPrecision] | None = field(
+        default=None, metadata={**keyed("0.7"), **OPTIONAL}
+    )
+    loose: Mapping[str, LimitedPrecision] | None = field(
         default=None, metadata={**keyed("0.5"), **OPTIONAL}
     )
 
@@ -91,12 +109,14 @@ class DetectorScores:
     errors: Sequence[DistanceErrors]
     corrected: Mapping[str, CorrectedPrecision]
     working_point: WorkingPoint | None
+    by_occlusion: Sequence[OcclusionPrecision] | None = field(default=None, metadata=OPTIONAL)
+    """None in earlier results."""
 
 
 def detector_scores(
     truth: Sequence[Boxes3D], found: Sequence[Boxes3D], resamples: int = 0, seed: int = 0
 ) -> DetectorScores:
-    """Average precision in all ways, by distance, errors, what correcting them would give.
+    """Average precision in all ways, by distance and occlusion, errors, what mending them gives.
 
     Args:
         truth: Labels of F frames, DontCare regions included.
@@ -117,6 +137,9 @@ def detector_scores(
         errors=error_summary(car_errors(truth, found)),
         corrected=corrected_precision(truth, found),
         working_point=working_point(truth, found),
+        by_occlusion=[
+            _at_occlusion(truth, found, occlusion, resamples, seed) for occlusion in _OCCLUSIONS
+        ],
     )
 
 
@@ -134,8 +157,7 @@ def precision(
 def at_distance(truth: Boxes3D, found: Boxes3D, near: float, far: float) -> tuple[Boxes3D, Boxes3D]:
     """A frame in which only cars of a range of distance are to be found.
 
-    Other cars become neither right nor wrong.  A detection belongs to the range of the label that
-    it overlaps most from above, and only where it overlaps none to that of its own.
+    A detection that overlaps no label belongs to the range of its own distance.  See `_only`.
 
     Args:
         truth: The labels of the frame.
@@ -143,14 +165,49 @@ def at_distance(truth: Boxes3D, found: Boxes3D, near: float, far: float) -> tupl
         near: The least distance ahead, metres.
         far: The greatest distance ahead, metres, not included.
     """
-    distance, own = truth.location[:, 2], found.location[:, 2].copy()
+
+    def inside(boxes: Boxes3D) -> NDArray[np.bool_]:
+        distance = boxes.location[:, 2]
+        return (distance >= near) & (distance < far)
+
+    return _only(truth, found, inside(truth), inside(found))
+
+
+def at_occlusion(truth: Boxes3D, found: Boxes3D, occlusion: int) -> tuple[Boxes3D, Boxes3D]:
+    """A frame in which only cars are to be found that are hidden so much.
+
+    A detection that overlaps no label is a false alarm at every level.  See `_only`.
+
+    Args:
+        truth: The labels of the frame.
+        found: The detections in the frame.
+        occlusion: KITTI's level.
+    """
+    assert truth.occlusion is not None, "labels have it"
+    return _only(truth, found, truth.occlusion == occlusion, np.ones(len(found), bool))
+
+
+def _only(
+    truth: Boxes3D, found: Boxes3D, wanted: NDArray[np.bool_], kept: NDArray[np.bool_]
+) -> tuple[Boxes3D, Boxes3D]:
+    """A frame in which only some cars are to be found.
+
+    Other cars become neither right nor wrong, and with them detections that overlap one of them
+    most from above.
+
+    Args:
+        truth: M labels of the frame.
+        found: N detections in the frame.
+        wanted: Which labels are to be found, shape (M,).
+        kept: Which detections count that overlap no label, shape (N,).
+    """
     if len(truth) and len(found):
         shared = rectangle_iou(footprints(found), footprints(truth))
         touches = shared.max(axis=1) > 0
-        own[touches] = distance[shared.argmax(axis=1)][touches]
-    elsewhere = ~((distance >= near) & (distance < far)) & (truth.category == CATEGORY)
+        kept = np.where(touches, wanted[shared.argmax(axis=1)], kept)
+    elsewhere = ~wanted & (truth.category == CATEGORY)
     category = np.where(elsewhere, _IGNORED, truth.category)
-    return replace(truth, category=category), found[(own >= near) & (own < far)]
+    return replace(truth, category=category), found[kept]
 
 
 def _at_distance(
@@ -163,26 +220,54 @@ def _at_distance(
 ) -> DistancePrecision:
     """At the moderate level; without figures where there are too few cars."""
     frames = [at_distance(*frame, near, far) for frame in zip(truth, found, strict=True)]
-    here, there = ([frame[i] for frame in frames] for i in (0, 1))
-    cars = sum(int(wanted.sum()) for wanted in wanted_cars(here))
+    cars = _count(frames, LEVEL)
     row = DistancePrecision(near, None if np.isinf(far) else far, cars)
     if cars < FEWEST_CARS:
         return row
-    strict, loose = (
-        {
-            metric: _moderate(values)
-            for metric, values in precision(here, there, iou, resamples, seed).items()
-            if metric in ("bev", "3d")
-        }
-        for iou in IOUS.values()
-    )
+    strict, loose = _of_level(frames, LEVEL, resamples, seed)
     return replace(row, strict=strict, loose=loose)
 
 
-def _moderate(values: LevelPrecision) -> ModeratePrecision:
-    return ModeratePrecision(
-        values.ap11[LEVEL],
-        values.ap40[LEVEL],
-        values.ap11_interval[LEVEL] if values.ap11_interval else None,
-        values.ap40_interval[LEVEL] if values.ap40_interval else None,
+def _at_occlusion(
+    truth: Sequence[Boxes3D],
+    found: Sequence[Boxes3D],
+    occlusion: int,
+    resamples: int,
+    seed: int,
+) -> OcclusionPrecision:
+    """At the hard level, the only one at which all of them count; without figures if too few."""
+    frames = [at_occlusion(*frame, occlusion) for frame in zip(truth, found, strict=True)]
+    row = OcclusionPrecision(occlusion, _count(frames, _HARD))
+    if row.cars < FEWEST_CARS:
+        return row
+    strict, loose = _of_level(frames, _HARD, resamples, seed)
+    return replace(row, strict=strict, loose=loose)
+
+
+def _count(frames: Sequence[tuple[Boxes3D, Boxes3D]], level: int) -> int:
+    """The number of cars to find."""
+    return sum(int(wanted.sum()) for wanted in wanted_cars([truth for truth, _ in frames], level))
+
+
+def _of_level(
+    frames: Sequence[tuple[Boxes3D, Boxes3D]], level: int, resamples: int, seed: int
+) -> list[Mapping[str, LimitedPrecision]]:
+    """Precision from above and in space at both of `IOUS`."""
+    truth, found = ([frame[i] for frame in frames] for i in (0, 1))
+    return [
+        {
+            metric: _at_level(values, level)
+            for metric, values in precision(truth, found, iou, resamples, seed).items()
+            if metric in ("bev", "3d")
+        }
+        for iou in IOUS.values()
+    ]
+
+
+def _at_level(values: LevelPrecision, level: int) -> LimitedPrecision:
+    return LimitedPrecision(
+        values.ap11[level],
+        values.ap40[level],
+        values.ap11_interval[level] if values.ap11_interval else None,
+        values.ap40_interval[level] if values.ap40_interval else None,
     )

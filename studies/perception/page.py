@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.json_rows import row_of
-from avsec_gym.report.markdown_table import interval, markdown_table, number
+from avsec_gym.report.markdown_table import markdown_table, number
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.storage.text_files import write_text
@@ -26,7 +26,7 @@ from studies.perception.detector_precision import AIMS, DetectorPrecision
 from studies.perception.detector_scores import Interval
 from studies.perception.disparity_accuracy import DisparityAccuracy
 from studies.perception.page_classifiers import classifiers
-from studies.perception.page_errors import examples, metres, reasons
+from studies.perception.page_errors import examples, reasons
 from studies.perception.page_frames import designs, world_make
 from studies.perception.page_history import every_scoring, real_then_and_now, trainings
 from studies.perception.page_networks import (
@@ -39,6 +39,7 @@ from studies.perception.page_networks import (
     seconds,
     training,
 )
+from studies.perception.page_parts import by_assets, by_distance, by_occlusion
 from studies.perception.page_single_sensor import moderate, single_sensor
 from studies.perception.real_frames import DetectorsInRealFrames
 from studies.perception.single_sensor_precision import SingleSensorPrecision
@@ -147,8 +148,9 @@ def page(results: DetectorResults) -> str:
         _head(scores),
         _musts(scores),
         _in_full(scores),
-        _by_distance(scores),
-        _by_assets(scores),
+        by_distance(scores),
+        by_occlusion(scores),
+        by_assets(scores),
         reasons(scores),
         examples(scores),
         single_sensor(results.single) if results.single else [],
@@ -274,60 +276,6 @@ def _in_full(scores: DetectorPrecision) -> list[str]:
         lines += markdown_table(["metric", "IoU", "AP11", "AP40"], rows)
         lines += ["", f"![Precision over recall of {name}](images/{name}_precision.png)"]
     return lines
-
-
-def _by_distance(scores: DetectorPrecision) -> list[str]:
-    rows = []
-    for name, figures in scores.detectors.items():
-        for part in figures.scores.by_distance:
-            if part.strict and part.loose:
-                cells = [
-                    interval(values[metric].ap11, values[metric].ap11_interval)
-                    for metric in ("3d", "bev")
-                    for values in (part.strict, part.loose)
-                ]
-                rows.append([f"`{name}`", metres(part), str(part.cars), *cells])
-    return [
-        "## By distance",
-        "",
-        "AP11 of the cars at a range of distance ahead, moderate. Ranges with too few cars for"
-        " KITTI's recall points are left out.",
-        "",
-        *markdown_table(
-            ["detector", "metres", "cars", "in space, 0.7", "in space, 0.5", "from above, 0.7",
-             "from above, 0.5"],
-            rows,
-        ),
-    ]  # fmt: skip
-
-
-def _by_assets(scores: DetectorPrecision) -> list[str]:
-    """Both parts of the assets, where another one than the judged was looked at."""
-    other = scores.other_part
-    if other is None:
-        return []
-    rows = [
-        [
-            f"`{name}`",
-            iou,
-            *(interval(each.value, each.interval) for each in (part.judged, part.other)),
-            interval(part.difference.value, part.difference.interval),
-        ]
-        for name, figures in scores.detectors.items()
-        for iou, part in (figures.parts or {}).items()
-    ]
-    titles = [designs(data) for data in (scores.data, other)]
-    return [
-        "## By assets",
-        "",
-        f"AP11 of cars in space, moderate, on the {scores.data.frames} frames of this page and on"
-        f" {other.frames} others (suite `{other.suite}`, seed {other.seed}). Intervals of a column"
-        " are over the scenes of its part: they hold for more scenes of these designs, and know"
-        " nothing of other designs. The difference has an interval of its own, over the scenes of"
-        " both parts.",
-        "",
-        *markdown_table(["detector", "IoU", *titles, "difference"], rows),
-    ]
 
 
 def _levels(values: Sequence[float | None], bounds: Sequence[Interval] | None) -> str:

@@ -15,7 +15,7 @@ from avsec_gym.metrics.working_point import Counts, WorkingPoint, counted, worki
 from avsec_gym.rig import kitti_rig
 from studies.perception.corrected_detections import CORRECTIONS, corrected_precision
 from studies.perception.detection_errors import car_errors, error_summary, paired
-from studies.perception.detector_scores import at_distance, detector_scores
+from studies.perception.detector_scores import at_distance, at_occlusion, detector_scores
 
 FRAMES = 60
 
@@ -145,6 +145,29 @@ def test_ranges_of_distance_divide_what_there_is(truth: list[Boxes3D]) -> None:
     precision = [row.strict["3d"].ap11 for row in rows if row.strict]
     assert precision == pytest.approx([100, 100, 600 / 11])
     assert rows[3].strict is rows[3].loose is None, "too few cars for eleven points of recall"
+
+
+def test_levels_of_occlusion_divide_the_cars_and_share_false_alarms(truth: list[Boxes3D]) -> None:
+    """Of each frame's three cars one is visible, one partly and one largely hidden."""
+    hidden = [replace(boxes, occlusion=np.array([0, 1, 2])) for boxes in truth]
+    ghost = replace(cars([(-9.0, 24.0)]), score=np.array([2.0]))
+    # The largely hidden one is missed in every second frame; a ghost is in each of them.
+    found = [
+        Boxes3D.concatenate([boxes[:2] if i % 2 else boxes, ghost])
+        for i, boxes in enumerate(hidden)
+    ]
+    here, there = at_occlusion(hidden[0], found[0], 1)
+    assert here.category.tolist() == ["Van", "Car", "Van"]
+    assert there.location[:, 2].tolist() == [18.0, 24.0]
+    rows = detector_scores(hidden, found).by_occlusion
+    assert rows is not None
+    assert [(row.occlusion, row.cars) for row in rows] == [(level, FRAMES) for level in (0, 1, 2)]
+    precision = [row.strict["3d"].ap11 for row in rows if row.strict]
+    # All ghosts are surer than all cars: precision is 1/2 up to full recall, and 1/3 up to half.
+    assert precision == pytest.approx([50, 50, 100 * 6 / 11 / 3], abs=1e-3)
+    clean = detector_scores(hidden, hidden).by_occlusion
+    assert clean is not None
+    assert [row.strict["3d"].ap11 for row in clean if row.strict] == [100] * 3
 
 
 def test_scores_of_the_truth_itself(truth: list[Boxes3D]) -> None:
