@@ -80,18 +80,21 @@ class Demo:
             if beside:
                 contested_frames(self.scenarios, self.seed, self._jobs - 1)
             ran = asked.ran(_FirstScene(self.out, self.scenarios), (PAGE, DRIVES) if is_new else ())
-            folder = RunFolder.open(self.out)
+            # Its figures, and its episodes on the page, before the drives are done.
+            folder, page = RunFolder.open(self.out), Report(self.out, pictures=_PICTURES)
             rows = demo_rows(outcomes_of(folder))
+            if not self.json:
+                _print(rows)
+            for detector in unpatched(folder.configuration.options):
+                console.say(f"avsec: no patch against {detector}: there is no trained one here")
+            if ahead.is_busy():
+                page.written()
+                console.say(f"{self.out / PAGE}: the episodes in pictures; drives follow")
             with console.progress("driving on") as shown:
                 ahead.wait(shown)
         with console.progress("driving on") as shown:
             drive_on(drives, self.seed, self._jobs, shown)
-        # The figures on the console, the page, and a sentence for each finding.
-        if not self.json:
-            _print(rows)
-        for detector in unpatched(folder.configuration.options):
-            console.say(f"avsec: no patch against {detector}: there is no trained one here")
-        page = Report(self.out, pictures=_PICTURES)
+        # The page with the drives, and a sentence for each finding.
         report, reported = page.written()
         if self.json:
             story = report.data.get("story", [])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from types import ModuleType
@@ -16,6 +17,7 @@ import pytest
 from avsec_gym.commands.report import Report
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter5 import attacked_episodes, patch_spreads
+from avsec_gym.experiments.chapter5.section import pictures
 from avsec_gym.experiments.chapter5.section.findings import outcomes_of
 from avsec_gym.experiments.chapter5.section.scene_strip import amplified, scene_strips
 from avsec_gym.experiments.chapter5.section.telling_scenes import (
@@ -32,6 +34,7 @@ from avsec_gym.report.run_report import RunReport, run_report
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.section import ReportRequest
 
 pytestmark = pytest.mark.slow
 
@@ -181,6 +184,31 @@ def test_pictures_are_of_the_stored_episodes(run: RunFolder, drawn: ModuleType) 
 
     (strip,) = scene_strips(telling[:1], outcomes, Other(run.configuration))
     assert [view.as_stored for view in strip.views] == [True, False]
+
+
+def test_a_process_repeats_an_episode_once(
+    run: RunFolder, drawn: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    repeated: list[str] = []
+
+    class Counted(drawn.DrawnEpisodes):  # type: ignore[misc, name-defined]
+        def again(
+            self, detector: str, attack: str, scenario: str, *rest: Any, **options: Any
+        ) -> Any:
+            repeated.append(scenario)
+            return super().again(detector, attack, scenario, *rest, **options)
+
+    monkeypatch.setattr(attacked_episodes, "AttackedEpisodes", Counted)
+    monkeypatch.setattr(pictures, "_strips_made", cache(lambda run, started: {}))
+    outcomes = outcomes_of(run)
+    first, second, third = (telling.scenario for telling in telling_scenes(outcomes, 3))
+    two, _ = pictures.strips_of(run, outcomes, ReportRequest(2))
+    assert set(repeated) == {first, second}
+    repeated.clear()
+    three, problems = pictures.strips_of(run, outcomes, ReportRequest(3))
+    assert set(repeated) == {third}
+    assert three[:2] == two
+    assert not problems
 
 
 def test_differences_are_amplified_as_far_as_they_fit() -> None:

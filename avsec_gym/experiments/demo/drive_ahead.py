@@ -28,6 +28,11 @@ class DrivesAhead:
     def __init__(self, out: Path, worker: Worker | None) -> None:
         self._out, self._worker = out, worker
 
+    def is_busy(self) -> bool:
+        """Whether a process still drives."""
+        worker = self._worker
+        return worker is not None and not worker.said_something(0.0) and not worker.has_left()
+
     def wait(self, on_progress: Progress) -> None:
         """Wait until the process has made all that it can.
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avsec_gym.errors import AvsecError
@@ -29,6 +31,8 @@ def strips_of(
 ) -> tuple[list[SceneStrip], list[str]]:
     """Strips of the most telling scenes, and the reason if there are none.
 
+    A strip that this process has made of the run is not made again.
+
     Args:
         run: The run.
         outcomes: The run's outcomes, if it has any of chapter 5.
@@ -44,16 +48,31 @@ def strips_of(
     telling = (choose or telling_scenes)(outcomes, request.pictures, options["score_threshold"])
     if not telling:
         return [], []
-    from avsec_gym.experiments.chapter5 import attacked_episodes
-    from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
+    made = _strips_made(run.path.resolve(), run.manifest["started"])
+    if missing := [one for one in telling if one not in made]:
+        from avsec_gym.experiments.chapter5 import attacked_episodes
+        from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
 
-    run.use_its_threads()
-    try:
-        episodes = attacked_episodes.AttackedEpisodes(run.configuration)
-        with request.progress("repeating attacks") as shown:
-            return scene_strips(telling, outcomes, episodes, shown), []
-    except AvsecError as error:
-        return [], [f"no pictures: {error}"]
+        run.use_its_threads()
+        try:
+            episodes = attacked_episodes.AttackedEpisodes(run.configuration)
+            with request.progress("repeating attacks") as shown:
+                strips = scene_strips(missing, outcomes, episodes, shown)
+        except AvsecError as error:
+            return [], [f"no pictures: {error}"]
+        made.update(zip(missing, strips, strict=True))
+    return [made[one] for one in telling], []
+
+
+@cache
+def _strips_made(run: Path, started: str) -> dict[Telling, SceneStrip]:
+    """What this process has made of a run, whose page is written more than once by a demo.
+
+    Args:
+        run: The run's folder.
+        started: When the run began: another one may follow in the same folder.
+    """
+    return {}
 
 
 def maps_of(
