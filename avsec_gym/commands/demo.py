@@ -39,7 +39,7 @@ class Demo:
 
     out: Path = Path("runs/demo")
     """Folder of the run: new, empty, or with the same demo."""
-    scenarios: int = 4
+    scenarios: int = 3
     """How many scenes, each driven left, straight and right."""
     seed: int = 0
     """Seed of the scenes and the attacks."""
