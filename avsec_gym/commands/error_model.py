@@ -62,21 +62,20 @@ class ErrorModelFit:
         return console.DONE
 
     def _whose(self) -> dict[str, Any]:
-        """The detector, the hash of its weights, and the attack, for the card."""
+        """The detector, the hash of the weights that it had, and the attack, for the card."""
         from avsec_gym.perception.result_folder import recorded_detector
-        from avsec_gym.perception.weights.weights_file import weights_file_hash
 
         recorded = [recorded_detector(folder) for folder in self.detections]
         if any(each != recorded[0] for each in recorded):
             raise ConfigurationError(
-                "the folders of --detections hold results of several detectors or attacks: fit a"
-                " model to each"
+                "the folders of --detections hold results of several detectors, weights or attacks:"
+                " fit a model to each"
             )
-        detector, attack = recorded[0]
+        whose = recorded[0]
         return {
-            "detector": detector if self.detector is None else self.detector,
-            "weights": weights_file_hash(detector),
-            "attack": attack if self.attack is None else self.attack,
+            "detector": whose.detector if self.detector is None else self.detector,
+            "weights": whose.weights,
+            "attack": whose.attack if self.attack is None else self.attack,
         }
 
 

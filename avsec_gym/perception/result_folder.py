@@ -16,6 +16,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.labels import write_detections
+from avsec_gym.perception.weights.weights_file import weights_file_hash
 from avsec_gym.progress import Progress
 from avsec_gym.registry import make
 from avsec_gym.storage.folder_lock import locked_folder
@@ -96,23 +97,35 @@ def write_result_folder(
     return WrittenFrames(len(wanted) - len(skipped), kept, dict(sorted(skipped.items())))
 
 
-def recorded_detector(out: str | Path) -> tuple[Any, Any]:
-    """The detector and the attack of a result folder, as `avsec detect` has recorded them.
+@dataclass(frozen=True)
+class RecordedDetector:
+    """Whose results a folder holds."""
+
+    detector: Any
+    """A name, or JSON with arguments; empty where nothing is recorded."""
+    attack: Any
+    """Likewise; empty where nothing attacked."""
+    weights: str | None
+    """SHA-256 of the file of the detector's weights when the results were made; None: unknown."""
+
+
+def recorded_detector(out: str | Path) -> RecordedDetector:
+    """The detector of a result folder, as `avsec detect` has recorded it.
 
     Args:
         out: The folder.
-
-    Returns:
-        A name or JSON with arguments each; an empty string where nothing is recorded, or nothing
-        attacked.
 
     Raises:
         DataError: The record is damaged.
     """
     path = Path(out) / RECORD
-    if not is_there(path):
-        return "", ""
-    detector = read_json_object(path, remedy=_ANOTHER).get("detector", "")
+    record = read_json_object(path, remedy=_ANOTHER) if is_there(path) else {}
+    detector, attack = _taken_apart(record.get("detector", ""))
+    return RecordedDetector(detector, attack, record.get("weights"))
+
+
+def _taken_apart(detector: Any) -> tuple[Any, Any]:
+    """A detector and the attack on it; an empty string where nothing attacks it."""
     if isinstance(detector, Mapping) and detector.get("name") == "attacked":
         return detector.get("detector", ""), detector.get("attack", "")
     return detector, ""
@@ -122,11 +135,12 @@ def _claim(out: Path, detector: Any, data: KittiObject) -> None:
     """State whose results these are.
 
     Raises:
-        DataError: They are another detector's.
+        DataError: They are another detector's, of other weights, or of other data.
     """
-    named = isinstance(detector, (str, Mapping))
+    named = detector if isinstance(detector, (str, Mapping)) else detector.name
     record = {
-        "detector": detector if named else detector.name,
+        "detector": named,
+        "weights": weights_file_hash(_taken_apart(named)[0]),
         "data": str(data.folder.resolve()),
     }
     text = json.dumps(portable(record), indent=1, default=str) + "\n"
@@ -135,7 +149,9 @@ def _claim(out: Path, detector: Any, data: KittiObject) -> None:
         write_text(path, text, overwrite=True)
     elif not is_there(path) or read_text(path) != text:
         raise DataError(
-            "The results here are of another detector or other data.", path=out, remedy=_ANOTHER
+            "The results here are of another detector, of other weights, or of other data.",
+            path=out,
+            remedy=_ANOTHER,
         )
 
 

@@ -15,7 +15,9 @@ from avsec_gym.cli import run
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti import read_detections, write_calibration, write_labels
+from avsec_gym.perception import result_folder
 from avsec_gym.perception.detectors.image_detector import image_boxes
+from avsec_gym.perception.result_folder import RecordedDetector
 from avsec_gym.registry import Kind
 from avsec_gym.rig import kitti_rig
 
@@ -117,6 +119,23 @@ def test_results_of_two_detectors_do_not_mix(
     assert "another detector" in capsys.readouterr().err
     (out / "detector.json").unlink()
     assert ends(*usual, "--detector", "sleepy") == BAD_DATA
+
+
+def test_results_of_two_weights_do_not_mix(
+    kitti: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The weights of a network change under its name; the record keeps those that were used."""
+    out = tmp_path / "results"
+    usual = ("--kitti", kitti, "--detector", "sleepy", "--out", out, "--split", "val")
+    monkeypatch.setattr(result_folder, "weights_file_hash", lambda detector: "0123")
+    assert ends(*usual, "--limit", 1) == DONE
+    assert result_folder.recorded_detector(out) == RecordedDetector("sleepy", "", "0123")
+    monkeypatch.setattr(result_folder, "weights_file_hash", lambda detector: "4567")
+    assert ends(*usual) == BAD_DATA
+    assert "other weights" in capsys.readouterr().err
 
 
 @pytest.mark.slow
