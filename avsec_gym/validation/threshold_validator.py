@@ -98,9 +98,10 @@ class ThresholdValidator:
         names = [
             SHARES[name] for name, is_largest in zip(MEASURES, largest, strict=True) if is_largest
         ]
-        few = f"it takes {math.ceil(1 / self.rate):,} or more"
-        if self.criterion == "any":
-            few += ", for E and holes ten times as many or more"
+        frames = math.ceil(1 / self.rate)
+        few = f"it takes {frames:,} or more"
+        if self.criterion == "any":  # All shares together may be exceeded by the share r.
+            few = f"it takes up to {2 * frames:,}, for E and holes up to {22 * frames:,}"
         return (
             f"expect more false alarms than r = {self.rate:g}: of {len(shares)} clean frames, the "
             f"thresholds of {', '.join(names)} are the largest values; {few}"

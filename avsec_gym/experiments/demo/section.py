@@ -139,6 +139,6 @@ def _rate_table(rows: Sequence[DemoRow]) -> Table:
         "In brackets: 95 % intervals, Wilson’s, widened by what the episodes of one scene share."
         " AP: KITTI’s average precision of cars in 3D, moderate,"
         f" 11 recall points, by the overlap that is asked for.{ceiling} So few scenes show what"
-        " attacks do, not how often: `avsec run chapter5` measures that.",
+        " attacks do, not how often, which “avsec run chapter5” measures.",
         names=2,
     )  # fmt: skip
