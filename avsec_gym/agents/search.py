@@ -175,7 +175,7 @@ def _network(policy: Any) -> tuple[Floats, Policy]:
     acting = [
         value
         for name, value in policy.named_parameters()
-        if not any(word in name for word in ("value", "vf_", "critic", "log_std"))
+        if not any(word in name for word in ("value", "vf_", "critic", "log_std", "target"))
     ]
 
     def act_by(vector: Floats) -> Act:

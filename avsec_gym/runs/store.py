@@ -233,7 +233,7 @@ def has_results(path: Path, *, begun: bool = False) -> bool:
 
     Args:
         path: The path of the database.
-        begun: The time as of `ResultStore`.
+        begun: Whether the run has been worked on, as of `ResultStore`.
 
     Raises:
         DataError: As of `ResultStore`.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gymnasium as gym
 import numpy as np
 import pytest
+import stable_baselines3
 
 from avsec_gym.agents.agent_folder import AgentCard, TrainedAgent, load_agent, shipped_agents
 from avsec_gym.agents.arena import Arena, Played
@@ -18,7 +20,13 @@ from avsec_gym.agents.comparison import (
 from avsec_gym.agents.configuration import AgentConfiguration
 from avsec_gym.agents.learner import has_batches, single
 from avsec_gym.agents.rules import NUMBER, rules_of
-from avsec_gym.agents.search import SearchBudget, best_constant, evolved, random_actions
+from avsec_gym.agents.search import (
+    SearchBudget,
+    _network,
+    best_constant,
+    evolved,
+    random_actions,
+)
 from avsec_gym.envs.drivers import driver_of
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.interquartile_mean import interquartile_mean
@@ -87,6 +95,15 @@ def test_cma_es_climbs_to_the_optimum() -> None:
         found = evolved(budget, lambda vector: vector, np.zeros(size))  # type: ignore[arg-type, return-value]
         assert found == pytest.approx(np.full(size, 0.3), abs=0.02)
         assert budget.spent <= 600
+
+
+@pytest.mark.parametrize("algorithm", ["PPO", "SAC", "TD3", "DDPG"])
+def test_a_search_over_a_network_has_only_what_its_actions_depend_on(algorithm: str) -> None:
+    """Three units that see three numbers, and an action of them; no critic, no copy for targets."""
+    learner = getattr(stable_baselines3, algorithm)
+    model = learner("MlpPolicy", gym.make("Pendulum-v1"), policy_kwargs={"net_arch": [3]})
+    start, _ = _network(model.policy)
+    assert len(start) == 3 * (3 + 1) + 1 * (3 + 1)
 
 
 def test_who_wins_is_said_by_the_paired_interval() -> None:
