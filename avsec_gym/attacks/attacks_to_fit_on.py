@@ -15,6 +15,7 @@ from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.facula import THESIS_RADII, Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.attacks.optical_attack import OpticalAttack, TamperedFrame
+from avsec_gym.attacks.seed_numbers import seed_numbers
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 
@@ -73,7 +74,7 @@ def attacked_in_turn(
     """
     result = {}
     for position, sensor in enumerate(system.sensors):
-        own = [*([seed] if isinstance(seed, int) else seed), position + 1]
+        own = [*seed_numbers(seed), position + 1]
         # Two streams: were they one, the same draw would choose an attack and its place.
         which, where = [*own, 1], [*own, 2]
         result[sensor] = attack_of(sensor, np.random.default_rng(which)).attack(frame, where)

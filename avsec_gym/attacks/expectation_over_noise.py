@@ -21,10 +21,12 @@ from torch import Tensor
 
 from avsec_gym.argument_checks import keep_checked, number, whole_number
 from avsec_gym.attacks.argument_domains import COPIES, NOISES
-from avsec_gym.attacks.perturbation import Perturbation
+from avsec_gym.attacks.perturbation import Perturbation, name_with_terms
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch
+
+_NAME = "expectation_over_noise"
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class ExpectationOverNoise(Perturbation):
 
     Args:
         alpha: Length of a step; see `Perturbation` for the arguments up to `terms`.
-        name: Name of the attack in results.
+        name: Name of the attack in results; the usual one gets the terms, if they are not all.
         copies: Number of noisy copies of the pair, k.
         noise: Standard deviation of the noise of every channel of every pixel of both views, grey
             levels; what leaves the range of pixels is cut off, as by a sensor.  0: every copy is
@@ -46,13 +48,15 @@ class ExpectationOverNoise(Perturbation):
         ConfigurationError: A number is out of range.
     """
 
-    name: str = "expectation_over_noise"
+    name: str = _NAME
     copies: int = 8
     noise: float = 4.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        named = name_with_terms(_NAME, self.terms)
         checked = {
+            "name": named if self.name == _NAME else self.name,
             "copies": whole_number("copies", self.copies, 1, COPIES),
             "noise": number("noise", self.noise, *NOISES),
         }

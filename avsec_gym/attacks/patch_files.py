@@ -40,8 +40,8 @@ class PatchCard:
             name.
         data: The frames.
         training: Configuration of the training, the seed included.
-        losses: Losses to b*, by detector: means over places that training did not draw, of plain
-            ``grey`` and of the ``patch``; none of a training that goes on.
+        losses: Losses to b*, by detector: means over new places in frames that it was trained on,
+            of plain ``grey`` and of the ``patch``; none of a training that goes on.
         epochs: The number of passes over the frames.
         steps: Number of training steps.
         minutes: Duration of the training, minutes.

@@ -112,7 +112,7 @@ def train_patch(
                     run.curves.draw()
                     if on_epoch is not None:
                         on_epoch(epoch, run.mean_losses(epoch))
-        # Losses at places that the training did not draw, for the card.
+        # Losses at new places in frames of the training, for the card.
         losses = run.judged(
             judged, lambda done: on_progress and on_progress(total - judged + done, total)
         )
@@ -257,13 +257,15 @@ class _Run:
     ) -> dict[str, dict[str, float]]:
         """Mean losses to b* of plain grey and of the patch, by detector.
 
-        Both at the same places in the first scenes, which no step of the training has drawn.
+        Both at the same places in the first scenes: the places are new, the frames are those that
+        the training had.
         """
         radius = self.configuration.radius
         patches = {"grey": Patch.grey(radius).pixels, "patch": self.pixels.detach().round()}
         losses = {name: dict.fromkeys(self.detectors, 0.0) for name in patches}
         for index in range(count):
-            frame, place, target = self._drawn(index, [self.configuration.seed, index])
+            # Not [seed, index]: to numpy that is [seed, index, 0], a step's own seed.
+            frame, place, target = self._drawn(index, [self.configuration.seed, index, 0, 1])
             for name, pixels in patches.items():
                 batch = paste(batch_of_frames([frame]), pixels, [place])
                 for victim, detector in self.detectors.items():

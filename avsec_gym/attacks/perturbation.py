@@ -24,6 +24,7 @@ from avsec_gym.attacks.argument_domains import LEVELS, MOMENTA, STEPS
 from avsec_gym.attacks.attack import Budget, Seed, Victim, with_pair
 from avsec_gym.attacks.loss_gradient import loss_gradient
 from avsec_gym.attacks.loss_terms import LossTerms
+from avsec_gym.attacks.seed_numbers import seed_numbers
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.built_in_parts import NO_ATTACKS
 from avsec_gym.errors import ConfigurationError
@@ -143,7 +144,7 @@ class Perturbation:
         clean = torch.stack([batch.left, batch.right]).detach()
         images = self._started(clean, seed)
         velocity = torch.zeros_like(clean[:1])
-        seeds = [seed] if isinstance(seed, int) else seed
+        seeds = seed_numbers(seed)
         for step in range(self.steps):
             views = replace(batch, left=images[0], right=images[1])
             gradient = self.gradient(views, detector, truths, disparity, [*seeds, step + 1])
@@ -202,7 +203,7 @@ def thesis_pgd(
 
     In the thesis, alpha is 0.4 or 1 and n is 1 to 4.
     """
-    name = _name("thesis_pgd", terms)
+    name = name_with_terms("thesis_pgd", terms)
     return Perturbation(alpha, epsilon, steps, shared=shared, name=name, terms=terms)
 
 
@@ -211,7 +212,7 @@ def fgsm(
 ) -> Perturbation:
     """The fast gradient sign method: one step of epsilon (Goodfellow et al., ICLR 2015)."""
     epsilon = number("epsilon", epsilon, *LEVELS)
-    name = _name("fgsm", terms)
+    name = name_with_terms("fgsm", terms)
     return Perturbation(epsilon, epsilon, 1, shared=shared, name=name, terms=terms)
 
 
@@ -229,7 +230,7 @@ def i_fgsm(
     epsilon = number("epsilon", epsilon, *LEVELS)
     if steps is None:
         steps = max(1, int(min(epsilon + 4, 1.25 * epsilon)))
-    name = _name("i_fgsm", terms)
+    name = name_with_terms("i_fgsm", terms)
     return Perturbation(
         alpha, epsilon, steps, projected=True, shared=shared, name=name, terms=terms
     )
@@ -245,7 +246,7 @@ def mi_fgsm(
     """Momentum over gradients of L1 norm 1, alpha = epsilon / N (Dong et al., CVPR 2018)."""
     epsilon, steps = number("epsilon", epsilon, *LEVELS), whole_number("steps", steps, 1, STEPS)
     alpha = max(epsilon / steps, LEVELS[0])
-    name = _name("mi_fgsm", terms)
+    name = name_with_terms("mi_fgsm", terms)
     return Perturbation(
         alpha, epsilon, steps, momentum, projected=True, shared=shared, name=name, terms=terms
     )
@@ -267,7 +268,7 @@ def projected_pgd(
     """
     epsilon = number("epsilon", epsilon, *LEVELS)
     alpha = max(epsilon / 4, LEVELS[0]) if alpha is None else alpha
-    name = _name("projected_pgd", terms)
+    name = name_with_terms("projected_pgd", terms)
     return Perturbation(
         alpha, epsilon, steps, 0.0, True, random_start, shared, name=name, terms=terms
     )
@@ -282,8 +283,16 @@ def pgd(*_: object, **__: object) -> NoReturn:
     raise ConfigurationError(NO_ATTACKS["pgd"])
 
 
-def _name(attack: str, terms: LossTerms) -> str:
-    """Results of other terms than the thesis' are filed apart."""
+def name_with_terms(attack: str, terms: LossTerms) -> str:
+    """The name in results: those of other terms than the thesis' are filed apart.
+
+    Args:
+        attack: The name of the attack that climbs all terms.
+        terms: The terms that are climbed.
+
+    Raises:
+        ConfigurationError: There are no such terms.
+    """
     which = LossTerms.named(terms)
     return attack if which is LossTerms.ALL else f"{attack} {which}"
 

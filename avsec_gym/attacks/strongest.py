@@ -6,25 +6,23 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import torch
 
 from avsec_gym.attacks.attack import Attack, Budget, Seed, Victim, quantised
-from avsec_gym.attacks.loss_gradient import total_loss
+from avsec_gym.attacks.seed_numbers import seed_numbers
 from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.perception.detectors.detector import DifferentiableDetector
-from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.registry import Kind, made_part
 
 
 class StrongestAttack:
     """Tries several attacks on pixels, and keeps the frame that harms the victim's detector most.
 
-    An attack that is listed twice begins anew: each draws for itself.  The harm is the detector's
-    training loss on the frame in whole grey levels; of a detector without a loss it is how badly
-    its answer fits the truth, which takes a query for each attack and nothing else.
+    An attack that is listed twice begins anew: each draws for itself.  The harm is how badly the
+    detector's answer to the frame in whole grey levels fits the truth, which takes a query for each
+    attack and nothing else.  A training loss does not measure it: terms that change no detection
+    count as much as those that make a car vanish.
 
     Args:
         attacks: The attacks, one or more, each by name, as a dictionary, or an object.
@@ -62,23 +60,13 @@ class StrongestAttack:
 
     def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
         """The frame of the attack that harms most, the first of equals; see `Attack.attack`."""
-        best, most = frame, -np.inf
+        best, least = frame, np.inf
         for number, attack in enumerate(self._attacks):
-            attacked = attack.attack(frame, victim, [*np.atleast_1d(seed).tolist(), number])
-            if (harm := _harm(attacked, victim)) > most:
-                best, most = attacked, harm
+            attacked = attack.attack(frame, victim, [*seed_numbers(seed), number])
+            fit = _fit(victim.detector.detect(quantised(attacked)), victim.truth)
+            if fit < least:
+                best, least = attacked, fit
         return best
-
-
-def _harm(frame: SensorFrame, victim: Victim) -> float:
-    """How badly the victim's detector does on an attacked frame as a camera delivers it."""
-    seen = quantised(frame)
-    if not isinstance(victim.detector, DifferentiableDetector):
-        return -_fit(victim.detector.detect(seen), victim.truth)
-    disparity = None if victim.disparity is None else torch.from_numpy(victim.disparity)[None]
-    with torch.no_grad():
-        loss = total_loss(victim.detector, batch_of_frames([seen]), [victim.truth], disparity)
-    return float(torch.nan_to_num(loss, nan=-torch.inf))
 
 
 def _fit(found: Boxes3D, truth: Boxes3D) -> float:

@@ -1,10 +1,11 @@
 """What an adaptive attack does to an entry beyond the listed attacks: whether it breaks it.
 
 RobustBench flags entries whose robustness an adaptive attack disproves; so does this.  An entry is
-broken where the adaptive attack does better than every listed one, the whole interval of the paired
-difference on one side of 0: a detector leaves fewer contested episodes safe; a car with a validator
-collides in more of them; a validator of several vehicles alarms about fewer attacks of which it
-could know.
+broken where the adaptive attack does better than every listed one of the same budget, the whole
+interval of the paired difference on one side of 0: a detector leaves fewer contested episodes safe;
+a car with a validator collides in more of them; a validator of several vehicles alarms about fewer
+attacks of which it could know.  A patch, any grey level in a disc, is another threat model than a
+few grey levels anywhere: detectors are not compared under both.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from avsec_gym.benchmark.episodes import ALARM, ENTERED
 from avsec_gym.benchmark.protocol import (
     ADAPTIVE,
     OPTICAL,
-    PATCH,
     TRANSFERRED,
     VALIDATED,
     WHITE_BOX,
@@ -43,8 +43,8 @@ class AdaptiveRow:
         measure: What the difference is of: ``safe`` or ``collided`` episodes, ``detected`` attacks.
         difference: The difference of that share, the adaptive attack minus the listed one, on the
             same cases.
-        breaks: Whether it does better than every listed attack, the whole interval on its side of
-            0.
+        breaks: Whether it does better than every listed attack of its budget, the whole interval
+            on its side of 0.
         detected: Frames or attacks under the adaptive attack about which a validator alarms.
     """
 
@@ -67,7 +67,7 @@ def detector_rows(run: Results) -> list[AdaptiveRow]:
         return []
     listed = {
         name: records
-        for name in (TRANSFERRED, PATCH, WHITE_BOX)
+        for name in (TRANSFERRED, WHITE_BOX)
         if (records := run.records(setting=name, planner=ENTERED))
     }
     differences = {name: _safe_difference(records, under) for name, records in listed.items()}

@@ -103,9 +103,9 @@ class Entry:
         white_box: Whether an attack took the detector's own gradients; of an attack, whether it
             takes those of the detector that it meets.  None: of other parts, and of an attack that
             is not known here.
-        masked: Whether attacks that do not know a detector left fewer contested episodes safe
-            than the one by its own gradients, the whole interval of a difference below 0: then its
-            gradients lead nowhere, and what seems robust under them is not.
+        masked: Whether the attack by another detector's gradients left fewer contested episodes
+            safe than that by its own in the same budget, the whole interval of the difference below
+            0: then its gradients lead nowhere, and what seems robust under them is not.
         scenes: The scenes.
         rows: The results of single queries.
         drives: The results in closed loop.

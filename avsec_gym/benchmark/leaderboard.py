@@ -110,13 +110,16 @@ def _detectors(entries: Sequence[Entry]) -> Table:
     note = (
         f"{_SAFE} AP: average precision of moderate cars in 3D at an overlap of 0.7, 11 recall "
         "points, on all scenes. Attacks: projected gradient descent, 4 grey levels, 7 steps; a "
-        "patch that was trained against both of the package's detectors. Hides its gradients: an "
-        "attack that does not know the detector leaves fewer episodes safe than the one by its own "
-        "gradients, the whole interval of the paired difference below 0. Adaptive: the attacker "
-        f"takes {STRONGER['steps']} steps, begins anew, takes other detectors' gradients, and "
-        "keeps what harms this detector most, on contested scenes; the entry is broken where "
-        "that leaves fewer episodes safe than each attack before it, the whole intervals below "
-        "0. Worst case: the setting with the fewest safe episodes."
+        "patch that was trained against earlier weights of both of the package's detectors, which "
+        "its card names, and is kept so that the attack stays the same. Hides its gradients: "
+        "another detector's gradients leave fewer episodes safe than its own in the same budget, "
+        "the whole interval of the paired difference below 0. Adaptive: the attacker takes "
+        f"{STRONGER['steps']} steps, begins anew, takes the gradients of other detectors and of "
+        "the network behind a defence, and keeps what harms this detector most, on contested "
+        "scenes; the entry is broken where that leaves fewer episodes safe than each listed attack "
+        "of the same budget, the whole intervals below 0. The patch has another budget, any grey "
+        "level in a disc, and is left out of both comparisons. Worst case: the setting with the "
+        "fewest safe episodes."
     )
     return Table(
         "Detectors, the safest to drive by first",

@@ -1,9 +1,9 @@
 """What is done to each kind of entry: the pipeline's settings, the entered part in its place.
 
 A detector is driven by as it is, under an attack that takes its own gradients where it has any,
-under one that takes another detector's, and beside a printed patch that was trained against both of
-the package's.  An attack is tried on both detectors of the package; a validator on a camera and a
-LiDAR that light shines into, and where nothing does; a planner knows the truth.
+under one that takes another detector's, and beside a printed patch that was trained against earlier
+weights of both of the package's.  An attack is tried on both detectors of the package; a validator
+on a camera and a LiDAR that light shines into, and where nothing does; a planner knows the truth.
 
 What defends, a detector or a validator, is also attacked adaptively, on contested scenes: by an
 attacker who tries more, and keeps what works best against this very part.
@@ -181,7 +181,7 @@ def unknowing_attacks(part: Any) -> dict[str, dict[str, Any] | None]:
     Args:
         part: The detector.
     """
-    of = DETECTORS[1] if _innermost(part) == DETECTORS[0] else DETECTORS[0]
+    of = DETECTORS[1] if _name(_innermost(part)) == DETECTORS[0] else DETECTORS[0]
     transferred = {"name": "transferred", "attack": PERTURBATION, "of": of}
     patch = {"name": "patch", "patch": str(shipped_patch("joint"))}
     return {UNATTACKED: None, TRANSFERRED: transferred, PATCH: patch}
@@ -191,21 +191,28 @@ def adaptive_attack(part: Any) -> dict[str, Any]:
     """The attack on a detector by who tries several, and asks it which one harms it most.
 
     More steps, begun twice by its own gradients if it gives any, and by those of the package's
-    other detectors.
+    other detectors; of a defended one also by those of the network behind the defence, taken
+    without it, which shows gradients that a defence obfuscates (Athalye et al. 2018).
 
     Args:
         part: The detector.
     """
     own = [STRONGER, STRONGER] if is_white_box(part) else []
-    others = [name for name in DETECTORS if name != _innermost(part)]
-    transferred = [{"name": "transferred", "attack": STRONGER, "of": name} for name in others]
+    inner = _innermost(part)
+    imitated = [inner] if inner != part and is_white_box(inner) else []
+    imitated += [name for name in DETECTORS if name != _name(inner)]
+    transferred = [{"name": "transferred", "attack": STRONGER, "of": each} for each in imitated]
     return {"name": "strongest", "attacks": [*own, *transferred]}
 
 
-def _innermost(part: Any) -> str:
-    """The name of the detector behind defences and attacks."""
+def _innermost(part: Any) -> Any:
+    """The detector behind defences and attacks."""
     while isinstance(part, Mapping) and part["name"] in _AROUND:
         part = part["detector"]
+    return part
+
+
+def _name(part: Any) -> str:
     return part if isinstance(part, str) else str(part["name"])
 
 

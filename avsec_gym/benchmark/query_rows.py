@@ -8,7 +8,6 @@ from typing import Any
 from avsec_gym.benchmark.entry import EntryRow, Precision
 from avsec_gym.benchmark.episodes import ALARM, ENTERED, NAMED
 from avsec_gym.benchmark.protocol import (
-    PATCH,
     TRANSFERRED,
     WHITE_BOX,
     Entered,
@@ -63,18 +62,19 @@ def query_rows(
 
 
 def is_masked(run: RunFolder) -> bool:
-    """Whether an attack that does not know a detector is stronger than one by its gradients.
+    """Whether another detector's gradients harm a detector more than its own, in one budget.
+
+    A patch is another threat model, any grey level in a disc, and is not compared.
 
     Args:
         run: The run on the contested scenes.
     """
     known = run.records(setting=WHITE_BOX, planner=ENTERED)
-    for setting in (TRANSFERRED, PATCH) if known else ():
-        paired = paired_differences(known, run.records(setting=setting, planner=ENTERED))
-        interval = None if paired is None else paired.safe_driving_rate.interval
-        if interval is not None and interval[1] < 0:
-            return True
-    return False
+    if not known:
+        return False
+    paired = paired_differences(known, run.records(setting=TRANSFERRED, planner=ENTERED))
+    interval = None if paired is None else paired.safe_driving_rate.interval
+    return interval is not None and interval[1] < 0
 
 
 def _precision(run: RunFolder, setting: Setting, truth: Mapping[str, Any]) -> Precision | None:

@@ -99,7 +99,7 @@ def write_result_folder(
 
 @dataclass(frozen=True)
 class RecordedDetector:
-    """Whose results a folder holds."""
+    """The detector whose results a folder holds."""
 
     detector: Any
     """A name, or JSON with arguments; empty where nothing is recorded."""

@@ -50,7 +50,7 @@ def test_a_camera_gets_light_of_other_sizes_coloured_or_overflowing() -> None:
     assert all(high <= THESIS_RADII[0] or low >= THESIS_RADII[1] for low, high in FITTED_RADII)
 
 
-@pytest.mark.parametrize("seed", [4, (4, 9)])
+@pytest.mark.parametrize("seed", [4, np.int64(4), (4, 9)])
 def test_one_sensor_at_a_time_each_by_draws_of_its_own(seed: int | tuple[int, ...]) -> None:
     rng = np.random.default_rng(1)
     images = {camera: rng.integers(0, 200, (60, 199, 3), np.uint8) for camera in (2, 3)}
@@ -67,7 +67,7 @@ def test_one_sensor_at_a_time_each_by_draws_of_its_own(seed: int | tuple[int, ..
     assert [sensor for sensor, _ in asked] == list(system.sensors)
     assert len({draw for _, draw in asked}) == 3
     # Whichever attack it is, its place is drawn by another stream, the same each time.
-    own = [4, *(() if isinstance(seed, int) else (9,))]
+    own = [4, *((9,) if isinstance(seed, tuple) else ())]
     for position, (sensor, tampered) in enumerate(found.items(), start=1):
         camera = 2 if sensor == LIDAR else sensor
         again = Facula(camera).attack(frame, [*own, position, 2]).settings

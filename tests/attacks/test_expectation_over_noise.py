@@ -114,6 +114,8 @@ def test_the_seed_decides_the_noise_and_fewer_steps_begin_more() -> None:
     once, again = (pixels(attack.attack(frame(), victim, seed=[7, 1])) for _ in range(2))
     np.testing.assert_array_equal(once, again)
     assert (once != pixels(attack.attack(frame(), victim, seed=[7, 2]))).any()
+    one, other = (pixels(attack.attack(frame(), victim, seed=n)) for n in (7, np.int64(7)))
+    np.testing.assert_array_equal(one, other)
     for n, attacked in enumerate(attack.iterates(frame(), victim, seed=[7, 1]), 1):
         alone = replace(attack, steps=n).attack(frame(), victim, seed=[7, 1])
         np.testing.assert_array_equal(pixels(alone), pixels(attacked))
@@ -141,6 +143,13 @@ def test_impossible_settings_are_refused(wrong: dict[str, Any]) -> None:
 
 
 NAMED = {"name": "expectation_over_noise", "copies": 2, "noise": 1.0, "steps": 1}
+
+
+def test_results_of_other_terms_are_filed_apart_where_no_name_was_given() -> None:
+    of_class = ExpectationOverNoise(terms=LossTerms.CLASS_ONLY)
+    assert of_class.name == "expectation_over_noise class_only"
+    assert replace(of_class, steps=3).name == of_class.name
+    assert ExpectationOverNoise(terms=LossTerms.CLASS_ONLY, name="mine").name == "mine"
 
 
 def test_it_has_a_name_in_the_registry() -> None:

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from avsec_gym.attacks.attack import Victim
+from avsec_gym.attacks.expectation_over_noise import ExpectationOverNoise
 from avsec_gym.attacks.loss_gradient import loss_gradient, total_loss
 from avsec_gym.attacks.loss_terms import CLASS_TERMS, LossTerms
 from avsec_gym.attacks.perturbation import (
@@ -105,7 +106,9 @@ def test_a_step_follows_the_class_alone() -> None:
     assert (plain.image(2) != climbed.image(2)).any()
 
 
-@pytest.mark.parametrize("preset", [thesis_pgd, fgsm, i_fgsm, mi_fgsm, projected_pgd])
+@pytest.mark.parametrize(
+    "preset", [thesis_pgd, fgsm, i_fgsm, mi_fgsm, projected_pgd, ExpectationOverNoise]
+)
 def test_every_preset_takes_the_terms_and_is_filed_apart(preset: Any) -> None:
     plain, of_class = preset(), preset(terms=LossTerms.CLASS_ONLY)
     assert of_class == replace(plain, name=f"{plain.name} class_only", terms=LossTerms.CLASS_ONLY)

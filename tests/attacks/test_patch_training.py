@@ -134,11 +134,28 @@ def judged(detector: Any, patch: Patch) -> float:
     for index in range(4):
         frame, truth = Scenes()[index]
         size = frame.image(2).shape[:2]
-        place = random_place(frame.calibration, size, [0, index], radius=12)
+        place = random_place(frame.calibration, size, [0, index, 0, 1], radius=12)
         batch = paste(batch_of_frames([frame]), patch.pixels, [place])
         target = target_boxes(place, frame.calibration, truth)
         losses.append(float(total_loss(detector, batch, [target])))
     return float(np.mean(losses))
+
+
+@pytest.mark.usefixtures("undrawn_curves")
+def test_a_patch_is_judged_at_places_that_no_step_drew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To numpy, the seeds [5] and [5, 0] are one."""
+    draws = []
+
+    def watched(calibration: Any, size: Any, seed: Any, **given: Any) -> PatchPlace:
+        draws.append(int(np.random.default_rng(seed).integers(2**62)))
+        return random_place(calibration, size, seed, **given)
+
+    monkeypatch.setattr(patch_training, "random_place", watched)
+    train_patch([StandIn()], Scenes(), SETTINGS, tmp_path)
+    assert len(draws) == 8 * 4 + 4, "each scene in each epoch, and once to be judged on"
+    assert len(set(draws)) == len(draws)
 
 
 @pytest.mark.usefixtures("undrawn_curves")

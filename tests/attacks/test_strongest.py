@@ -1,4 +1,4 @@
-"""The strongest of several attacks: by the detector's loss, or by its answers."""
+"""The strongest of several attacks: by the detector's answers."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from avsec_gym.attacks.strongest import StrongestAttack
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.rig import kitti_rig
 
 FRAME = SensorFrame(
@@ -38,43 +39,43 @@ class Brighter:
         return frame.with_image(2, frame.image(2).astype(np.float32) + self.change)
 
 
-class Lossy:
-    """Its loss is highest at 110 grey levels; what it finds does not matter."""
-
-    name = "lossy"
-
-    def detect(self, frame: SensorFrame) -> Boxes3D:
-        return TRUTH
-
-    def detect_batch(self, batch: Any) -> list[Boxes3D]:
-        return [TRUTH]
-
-    def losses(self, batch: Any, truth: Any, disparity: Any = None) -> dict[str, torch.Tensor]:
-        return {"loss": -(batch.left.mean() - 110.0).abs()}
-
-
 class Answers:
-    """Finds the car a metre farther away for each grey level that is added, and no loss."""
+    """Finds the car a metre farther away for each grey level that is added; it has no loss."""
 
     name = "answers"
 
+    def __init__(self) -> None:
+        self.queries = 0
+
     def detect(self, frame: SensorFrame) -> Boxes3D:
+        self.queries += 1
         away = float(frame.image(2).mean()) - 100.0
         return replace(TRUTH, location=TRUTH.location + np.array([[0.0, 0.0, away]]))
+
+
+class Lossy(Answers):
+    """Its loss is highest where it finds the car at its place."""
+
+    name = "lossy"
+
+    def detect_batch(self, batch: Any) -> list[Boxes3D]:
+        raise NotImplementedError
+
+    def losses(self, batch: Any, truth: Any, disparity: Any = None) -> dict[str, torch.Tensor]:
+        return {"loss": -(batch.left.mean() - 100.0).abs()}
 
 
 def brightness(attack: StrongestAttack, detector: Any, seed: Seed = 0) -> float:
     return float(attack.attack(FRAME, Victim(detector, TRUTH), seed).image(2).mean())
 
 
-def test_the_loss_decides_where_there_is_one() -> None:
-    attack = StrongestAttack([Brighter(4.0), Brighter(9.0), Brighter(20.0)])
-    assert brightness(attack, Lossy()) == 109.0
-
-
-def test_the_answers_decide_where_there_is_none() -> None:
-    assert brightness(StrongestAttack([Brighter(0.0), Brighter(1.0)]), Answers()) == 101.0
-    assert brightness(StrongestAttack([Brighter(1.0), Brighter(0.0)]), Answers()) == 101.0
+@pytest.mark.parametrize("made", [Answers, Lossy])
+def test_the_answers_decide_whether_there_is_a_loss_or_not(made: type[Answers]) -> None:
+    assert isinstance(Lossy(), DifferentiableDetector)
+    for changes in [(0.0, 1.0), (1.0, 0.0)]:
+        detector = made()
+        assert brightness(StrongestAttack([*map(Brighter, changes)]), detector) == 101.0
+        assert detector.queries == 2
 
 
 def test_an_object_that_is_gone_is_worse_than_one_that_is_found() -> None:
@@ -88,7 +89,7 @@ def test_an_object_that_is_gone_is_worse_than_one_that_is_found() -> None:
 def test_each_attack_draws_for_itself_and_the_first_of_equals_is_kept() -> None:
     same = Brighter(3.0)
     attack = StrongestAttack([same, same, Brighter(3.0, 10)])
-    assert brightness(attack, Lossy(), (7, 2)) == 103.0
+    assert brightness(attack, Answers(), (7, 2)) == 103.0
     assert same.seeds == [[7, 2, 0], [7, 2, 1]]
     assert attack.budget == Budget(3.0, None)
     assert StrongestAttack([Brighter(3.0, 10), Brighter(1.0, 30)]).budget == Budget(3.0, 30)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import torch
 
+from avsec_gym.attacks.attack import Budget, Seed, Victim
 from avsec_gym.benchmark import adaptive_rows, loop_drives, protocol, query_rows
 from avsec_gym.benchmark.entry import read_entry
 from avsec_gym.benchmark.frames import write_frames
@@ -246,18 +247,23 @@ def certain_differences(first: Any, second: Any) -> Any:
 
 
 class Fooled:
-    """Gives gradients that lead nowhere, and sees nothing beside a patch."""
+    """Gives gradients, and sees nothing under one of the attacks."""
 
     name = "fooled"
 
-    def __init__(self, masked: bool) -> None:
-        self.masked = masked
+    def __init__(self, under: str) -> None:
+        self.under = under
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
-        # What changes many pixels a little, and what changes few of them much.
+        # What changes few pixels much, and what changes many of them a little, see `Towards`.
         change = change_of(frame)
-        noise, patch = (change > 0).mean() > 0.5, change.max() > 30
-        return Boxes3D.empty() if (patch if self.masked else noise) else truth_of(frame)
+        many = (change > 0).mean() > 0.5
+        attack = {
+            "patch": not many and change.max() > 30,
+            "white_box": many and change.max() < 6,
+            "transferred": many and 6 < change.max() < 10,
+        }
+        return Boxes3D.empty() if attack[self.under] else truth_of(frame)
 
     def detect_batch(self, batch: Any) -> list[Boxes3D]:
         raise NotImplementedError
@@ -266,23 +272,43 @@ class Fooled:
         return {"loss": torch.zeros(())}
 
 
-@pytest.mark.parametrize("masked", [True, False])
-def test_gradients_that_lead_nowhere(
-    few: dict[str, FrozenSet], tmp_path: Path, masked: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Noise stands for attacks by gradients: the patch harms more than it where they are masked."""
+class Towards:
+    """Stands for an attack by gradients: changes pixels by 4 grey levels, or 8 by another's."""
 
-    name = f"fooled_{masked}".lower()
+    name = "towards"
+    budget = Budget(8.0)
+
+    def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
+        change = 4.0 if isinstance(victim.detector, Fooled) else 8.0
+        for camera in (2, 3):
+            image = frame.image(camera).astype(np.float32)
+            frame = frame.with_image(camera, np.where(image < 128, image + change, image - change))
+        return frame
+
+
+@pytest.mark.parametrize("under", ["white_box", "transferred", "patch"])
+def test_gradients_that_lead_nowhere(
+    few: dict[str, FrozenSet], tmp_path: Path, under: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are masked where another's harm more; a patch is of another budget, and not compared."""
+    name = f"fooled_under_{under}"
     if name not in names(Kind.DETECTOR):
-        register(Kind.DETECTOR, name, lambda: Fooled(masked))
+        register(Kind.DETECTOR, name, lambda: Fooled(under))
+    if "towards" not in names(Kind.ATTACK):
+        register(Kind.ATTACK, "towards", Towards)
+    for attack in ("PERTURBATION", "STRONGER"):
+        monkeypatch.setattr(protocol, attack, {"name": "towards"})
     for module in (query_rows, adaptive_rows):
         monkeypatch.setattr(module, "paired_differences", certain_differences)
     found = made("detector", name, tmp_path)
     assert found.white_box is True
     assert [row.setting for row in found.rows][-2:] == ["white_box", "adaptive"]
-    assert found.masked is masked
-    # The noise of the adaptive attack here is that of the listed one.
+    assert found.row("contested", under).rates.safe_driving_rate == 0.0
+    assert found.masked is (under == "transferred")
+    # The adaptive attack here does as much as the worst of the listed ones of its budget.
     assert found.broken is False
+    adaptive = found.row("contested", "adaptive").rates.safe_driving_rate
+    assert adaptive == (1.0 if under == "patch" else 0.0)
 
 
 @pytest.mark.parametrize("limit", [10, 100])

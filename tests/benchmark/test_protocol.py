@@ -57,8 +57,22 @@ def test_an_adaptive_attack_has_more_steps_and_the_same_budget() -> None:
     assert stronger.steps > listed.steps
     # A black box is asked, and imitated by both of the package's detectors.
     assert [each["of"] for each in adaptive_attack("oracle")["attacks"]] == [*DETECTORS]
-    defended = {"name": "defended", "detector": "dsgn", "defence": "jpeg"}
-    assert adaptive_attack(defended) == adaptive_attack("dsgn")
+
+
+@pytest.mark.parametrize("inner", ["dsgn", {"name": "dsgn", "configuration": "small"}])
+def test_a_defence_is_also_attacked_by_the_gradients_of_the_network_behind_it(inner: Any) -> None:
+    """Where these do more harm than its own, the defence obfuscated its gradients."""
+    defended = {"name": "defended", "detector": inner, "defence": "jpeg"}
+    for part in (defended, {"name": "defended", "detector": defended}):
+        own, again, behind, other = adaptive_attack(part)["attacks"]
+        assert [own, again, other] == adaptive_attack(inner)["attacks"]
+        assert behind == {"name": "transferred", "attack": own, "of": inner}
+    # A wrapper without gradients of its own hides those of the network, too.
+    attacked = {"name": "attacked", "detector": inner, "attack": {"name": "facula", "camera": 2}}
+    assert adaptive_attack(attacked)["attacks"] == [behind, other]
+    # What gives no gradients cannot be imitated by its own.
+    blind = {"name": "defended", "detector": "oracle"}
+    assert adaptive_attack(blind) == adaptive_attack("oracle")
 
 
 def test_an_adaptive_attacker_of_validators_has_no_more_light_than_the_listed_one() -> None:

@@ -14,6 +14,7 @@ from avsec_gym.attacks.attacks_to_fit_on import attack_to_fit_on, attacked_in_tu
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.attacks.optical_attack import OpticalAttack, TamperedFrame
+from avsec_gym.attacks.seed_numbers import seed_numbers
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
@@ -59,7 +60,7 @@ def tampered_frames(
         kind: The kind of attack, see `attack_of`.
         seed: Seed of the attacks on this frame.
     """
-    own = [*([seed] if isinstance(seed, int) else seed), _STREAM[kind]]
+    own = [*seed_numbers(seed), _STREAM[kind]]
     return attacked_in_turn(
         frame, system, lambda sensor, random: attack_of(sensor, system.reference, kind, random), own
     )

@@ -102,6 +102,8 @@ def test_draws_are_the_frames_own(frame: SensorFrame) -> None:
     one, same, other = (tampered_frames(frame, SYSTEM, JUDGED, (0, n)) for n in (1, 1, 2))
     assert one[2].settings == same[2].settings != other[2].settings
     assert one[2].settings != one[3].settings
+    python, numpy = (tampered_frames(frame, SYSTEM, JUDGED, n) for n in (5, np.int64(5)))
+    assert python[2].settings == numpy[2].settings
 
 
 def test_seeds_of_the_parts_never_meet() -> None:

@@ -49,19 +49,19 @@ def strips_of(
     if not telling:
         return [], []
     made = _strips_made(run.path.resolve(), run.manifest["started"])
-    if missing := [one for one in telling if one not in made]:
+    if missing := [shown for shown in telling if shown not in made]:
         from avsec_gym.experiments.chapter5 import attacked_episodes
         from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
 
         run.use_its_threads()
         try:
             episodes = attacked_episodes.AttackedEpisodes(run.configuration)
-            with request.progress("repeating attacks") as shown:
-                strips = scene_strips(missing, outcomes, episodes, shown)
+            with request.progress("repeating attacks") as on_progress:
+                strips = scene_strips(missing, outcomes, episodes, on_progress)
         except AvsecError as error:
             return [], [f"no pictures: {error}"]
         made.update(zip(missing, strips, strict=True))
-    return [made[one] for one in telling], []
+    return [made[shown] for shown in telling], []
 
 
 @cache
