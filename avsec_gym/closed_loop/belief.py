@@ -42,11 +42,12 @@ class Belief:
     road_type: RoadType
     stops: bool = False
 
-    def obstacles(self, lanes: Lanes | None = None) -> Obstacles:
-        """The objects at constant velocity over the planner's horizon, from now on.
+    def obstacles(self, lanes: Lanes | None = None, last_step: int = GOAL_STEPS[1]) -> Obstacles:
+        """The objects at constant velocity from now on; after the last time step they stand.
 
         Args:
             lanes: Lanes that are followed where they bend; None: every object keeps its heading.
+            last_step: Time step up to which they move; that of the planner's horizon by itself.
         """
         straight = Obstacles.rectangles(
             self.poses,
@@ -54,7 +55,7 @@ class Belief:
             self.widths,
             self.speeds,
             dt=TIME_STEP,
-            last_step=GOAL_STEPS[1],
+            last_step=last_step,
         )
         return straight if lanes is None else following_lanes(straight, lanes, TIME_STEP)
 

@@ -52,8 +52,10 @@ class DriveContact:
     """Row of the actor."""
 
 
-def touched(car: Floats, sizes: Floats, poses: Floats, present: NDArray[np.bool_]) -> int | None:
-    """The row of an actor that the car touches at one instant; None: none.
+def touched(
+    car: Floats, sizes: Floats, poses: Floats, present: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Which actors the car touches at one instant, shape (N,).
 
     Args:
         car: The car's state, shape (5,).
@@ -65,31 +67,30 @@ def touched(car: Floats, sizes: Floats, poses: Floats, present: NDArray[np.bool_
     near = present & (np.hypot(*(poses[:, :2] - car[:2]).T) <= reach)
     rows = np.nonzero(near)[0]
     if not len(rows):
-        return None
+        return near
     own = rectangle_polygons(car[[0, 1, 3]], BMW_320I.length, BMW_320I.width)
     others = rectangle_polygons(poses[rows], sizes[rows, 0], sizes[rows, 1])
-    touching = shapely.intersects(own, others)
-    return int(rows[np.argmax(touching)]) if touching.any() else None
+    near[rows] = shapely.intersects(own, others)
+    return near
 
 
 def first_contact(log: DriveLog) -> DriveContact | None:
-    """The first instant at which the car touches an actor that it did not touch at the start.
+    """The first instant at which the car touches an actor that it has not touched all along.
 
-    A scene may begin with a touch, which labels that are centimetres off make; no driver caused it.
+    A scene may begin with touches, which labels that are centimetres off make; no driver caused
+    them.  Once such a touch has ended, the next one counts.
     """
-    if not len(log.sizes):
-        return None
-    begun = touched(log.car[0], log.sizes, log.poses[0], log.present[0])
+    excused = touched(log.car[0], log.sizes, log.poses[0], log.present[0])
     reach = 0.5 * (np.hypot(*log.sizes.T) + np.hypot(BMW_320I.length, BMW_320I.width))
     apart = np.hypot(*np.moveaxis(log.poses[..., :2] - log.car[:, None, :2], -1, 0))
     near = log.present & (apart <= reach)
-    near[0] = False
-    if begun is not None:
-        near[:, begun] = False
+    held = np.logical_and.accumulate(near)
     for step in np.flatnonzero(near.any(axis=1)).tolist():
-        actor = touched(log.car[step], log.sizes, log.poses[step], near[step])
-        if actor is not None:
-            return DriveContact(step, actor)
+        touching = touched(log.car[step], log.sizes, log.poses[step], near[step])
+        counted = touching & ~(excused & held[step])
+        if counted.any():
+            return DriveContact(step, int(np.argmax(counted)))
+        excused &= touching
     return None
 
 

@@ -56,7 +56,7 @@ class DriveRecorder:
         self._rows: list[tuple[Any, ...]] = []
         self._write(start)
         # What the car touches from the start on is no collision: labels are centimetres off.
-        self._begun = None if not len(traffic.actors) else touched(*self._instant())
+        self._excused = touched(*self._instant())
 
     def note(self, state: EgoState) -> None:
         """Write down where everything is, and whether the drive is over by that.
@@ -66,16 +66,16 @@ class DriveRecorder:
         """
         self._write(state)
         scene = self._traffic.scene
-        car, sizes, poses, present = self._instant()
-        if self._begun is not None:
-            present[self._begun] = False
+        car, *actors = self._instant()
+        touching = touched(car, *actors)
         pose = (car[0], car[1], car[3])
-        if len(sizes) and touched(car, sizes, poses, present) is not None:
+        if (touching & ~self._excused).any():
             self.outcome = Outcome.COLLISION
         elif not shapely.contains_xy(scene.drivable, car[0], car[1]):
             self.outcome = Outcome.OFF_ROAD
         elif reaches_goal(scene, self._intention, pose, self.goal_distance):
             self.outcome = Outcome.GOAL
+        self._excused &= touching
 
     def close(self, elapsed: float) -> None:
         """End the drive if its time is over, and measure it if it has ended.

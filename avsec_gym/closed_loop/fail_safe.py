@@ -153,7 +153,7 @@ def is_fail_safe(
 
     Args:
         trajectory: States of the plan at every `dt`, shape (T, 5).
-        obstacles: What the car believes in, from the plan's first state on.
+        obstacles: What the car believes in, from the plan's first state on, for `steps_to_rest`.
         until: Time at which the plan is to be replaced, seconds.
         drivable: The area that the car's centre must not leave; None: the plane.
         dt: Length of a time step, seconds.
@@ -175,6 +175,18 @@ def is_fail_safe(
         return False
     slower = others_brake(ahead, float(trajectory[0, 3]), dt)
     return slower is None or first_swept_contact(whole, slower, BMW_320I) is None
+
+
+def steps_to_rest(speed: float, until: float, dt: float = 0.1) -> int:
+    """The last time step that `is_fail_safe` looks at, whatever the plan does.
+
+    Args:
+        speed: The car's speed at the plan's first state, m/s.
+        until: Time at which the plan is to be replaced, seconds.
+        dt: Length of a time step, seconds.
+    """
+    fastest = speed + BMW_320I.max_acceleration * until
+    return round(until / dt) + math.ceil(fastest / (DECELERATION * dt)) + 1
 
 
 def others_brake(obstacles: Obstacles, heading: float, dt: float = 0.1) -> Obstacles | None:

@@ -5,7 +5,8 @@
 NC: no at-fault collision (0.5 where only a standing thing that is no vehicle or person was hit);
 DAC: the car's corners never leave the drivable area; TTC: with all speeds and headings kept, no
 collision for which the car were to blame lies less than a second ahead, at any time; EP: progress,
-as a share of what was to be made; C: comfort, within nuPlan's bounds.
+as a share of what was to be made; C: comfort, within nuPlan's bounds.  `docs/closed_loop.md` lists
+where this differs from NAVSIM's own score.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ COMFORT = {
     "yaw acceleration": (-1.93, 1.93),
 }
 """nuPlan's bounds, in m/s2, m/s3, rad/s and rad/s2."""
+_ACCELERATION_WINDOW, _JERK_WINDOW, _YAW_WINDOW = 8, 15, 5
+"""Instants that NAVSIM (from its second version on) fits a polynomial to, at 10 Hz."""
 
 
 @dataclass(frozen=True)
@@ -137,27 +140,52 @@ def _moved_on(poses: Floats, speeds: Floats | float, times: Floats) -> Floats:
 
 
 def is_comfortable(log: DriveLog) -> bool:
-    """C: whether accelerations, jerks and yaw stay within `COMFORT`, at 10 Hz."""
+    """C: whether accelerations, jerks and yaw, smoothed as NAVSIM does, stay within `COMFORT`.
+
+    At 10 Hz, by Savitzky-Golay filters.  A drive of less than four instants is comfortable: there
+    is nothing to fit.
+    """
     stride = max(1, round(_EVERY / log.dt))
     car, dt = log.car[::stride], stride * log.dt
-    if len(car) < 3:
+    if len(car) < 4:
         return True
     velocity, heading = car[:, 2], np.unwrap(car[:, 3])
-    acceleration, yaw_rate = np.gradient(velocity, dt), np.gradient(heading, dt)
-    lateral = velocity * yaw_rate
-    jerk, lateral_jerk = np.gradient(acceleration, dt), np.gradient(lateral, dt)
+    along, across = np.gradient(velocity, dt), velocity * np.gradient(heading, dt)
+    longitudinal, lateral, magnitude = (
+        _smoothed(signal, _ACCELERATION_WINDOW, dt)
+        for signal in (along, across, np.hypot(along, across))
+    )
     signals = {
-        "longitudinal acceleration": acceleration,
+        "longitudinal acceleration": longitudinal,
         "lateral acceleration": lateral,
-        "jerk": np.hypot(jerk, lateral_jerk),
-        "longitudinal jerk": jerk,
-        "yaw rate": yaw_rate,
-        "yaw acceleration": np.gradient(yaw_rate, dt),
+        "jerk": _smoothed(magnitude, _JERK_WINDOW, dt, derivative=1),
+        "longitudinal jerk": _smoothed(longitudinal, _JERK_WINDOW, dt, derivative=1),
+        "yaw rate": _smoothed(heading, _YAW_WINDOW, dt, derivative=1),
+        "yaw acceleration": _smoothed(heading, _YAW_WINDOW, dt, derivative=2, order=3),
     }
     return all(
-        bool(np.all((signal >= COMFORT[name][0]) & (signal <= COMFORT[name][1])))
+        bool(np.all((signal > COMFORT[name][0]) & (signal < COMFORT[name][1])))
         for name, signal in signals.items()
     )
+
+
+def _smoothed(
+    signal: Floats, window: int, dt: float, *, derivative: int = 0, order: int = 2
+) -> Floats:
+    """A derivative of polynomials that are fitted to windows of a signal, rounded to 8 decimals.
+
+    Args:
+        signal: The signal, shape (T,).
+        window: Instants of a window; the whole signal where it is shorter.
+        dt: Seconds between two instants.
+        derivative: Number of the derivative; 0: the fitted values.
+        order: Degree of the polynomials.
+    """
+    # Here, since it takes as long to load as all else that a drive needs.
+    from scipy.signal import savgol_filter
+
+    fitted = savgol_filter(signal, min(window, len(signal)), order, deriv=derivative, delta=dt)
+    return np.round(np.asarray(fitted), 8)
 
 
 def progress_share(progress: float, expected: float) -> float:

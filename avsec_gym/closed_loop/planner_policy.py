@@ -22,7 +22,7 @@ import numpy as np
 
 from avsec_gym.argument_checks import number
 from avsec_gym.closed_loop.belief import Belief
-from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe, widened
+from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe, steps_to_rest, widened
 from avsec_gym.closed_loop.following import follow
 from avsec_gym.closed_loop.made_primitives import primitives_from, rounded_start
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
@@ -162,12 +162,13 @@ class PlannerPolicy:
         self, state: EgoState, belief: Belief, goals: tuple[Goal, ...]
     ) -> PlanningScenario:
         assert self._scene is not None
+        last_step = max(GOAL_STEPS[1], steps_to_rest(state.velocity, self.replanning, TIME_STEP))
         return PlanningScenario(
             id=self._scene.id,
             start=state,
             goals=goals,
             road=self._scene.road,
-            obstacles=belief.obstacles(self._scene.lanes),
+            obstacles=belief.obstacles(self._scene.lanes, last_step),
             dt=TIME_STEP,
             road_type=belief.road_type,
             intention=self._intention,

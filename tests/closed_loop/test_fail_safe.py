@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
+from avsec_gym.closed_loop.belief import Belief
 from avsec_gym.closed_loop.fail_safe import (
     MARGIN,
     OTHERS_BRAKE,
@@ -17,10 +18,12 @@ from avsec_gym.closed_loop.fail_safe import (
     braked,
     is_fail_safe,
     others_brake,
+    steps_to_rest,
 )
 from avsec_gym.closed_loop.following import follow
 from avsec_gym.closed_loop.vehicles import Car
 from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.obstacles import Obstacles
 from avsec_gym.scenario.planning_scenario import EgoState
 
@@ -135,6 +138,32 @@ def test_a_stop_does_not_end_just_before_what_comes(gap: float, safe: bool) -> N
         last_step=30,
     )  # fmt: skip
     assert is_fail_safe(PLAN, comes, 0.5) == safe
+
+
+@pytest.mark.parametrize(("gap", "safe"), [(100.0, False), (101.0, False), (102.0, True)])
+def test_at_high_speed_what_comes_moves_until_the_car_has_come_to_rest(
+    gap: float, safe: bool
+) -> None:
+    """Both drive at 20 m/s: 10 m and 25 m of braking here, 62 m in 3.1 s there, and the lengths."""
+    speed = 20.0
+    plan = np.array([[0.1 * speed * k, 0.0, speed, 0.0, 0.0] for k in range(20)])
+    size = np.array([4.0]), np.array([2.0])
+    comes = Belief(
+        0.0, np.array([[gap, 0.0, np.pi]]), *size, np.array([speed]), RoadType.HIGHWAY
+    ).obstacles(last_step=steps_to_rest(speed, 0.5))
+    assert is_fail_safe(plan, comes, 0.5) == safe
+
+
+@pytest.mark.parametrize("speed", [0.0, 8.0, 19.2, 19.3, 30.0])
+@pytest.mark.parametrize("acceleration", [-8.0, 0.0, BMW_320I.max_acceleration])
+@pytest.mark.parametrize("until", [0.1, 0.5, 2.0])
+def test_no_plan_takes_more_steps_to_rest(speed: float, acceleration: float, until: float) -> None:
+    last = round(until / 0.1)
+    reached = max(speed + acceleration * until, 0.0)
+    plan = np.zeros((last + 1, 5))
+    plan[:, 2] = np.linspace(speed, reached, last + 1)
+    braking = len(braked(plan, until, reached)) - 1
+    assert last + braking + 1 <= steps_to_rest(speed, until)
 
 
 def test_interpolation_is_numpys_bit_for_bit() -> None:

@@ -12,12 +12,20 @@ import pytest
 
 import avsec_gym  # noqa: F401 - registers the environments
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.closed_loop.planner_policy import Ambition
+from avsec_gym.closed_loop import planner_policy
+from avsec_gym.closed_loop.belief import Belief
+from avsec_gym.closed_loop.fail_safe import is_fail_safe
+from avsec_gym.closed_loop.planner_policy import Ambition, PlannerPolicy, Replanning
+from avsec_gym.closed_loop.tracks import Tracks
+from avsec_gym.closed_loop.traffic_scene import TrafficScene, thesis_road
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.pipeline import Pipeline, run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import GOAL_STEPS
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import procedural_scenes, scene_set
@@ -131,6 +139,48 @@ def test_in_a_bend_the_car_does_not_swing_out_of_the_way_of_what_keeps_to_its_ow
 def test_the_car_does_not_come_to_rest_over_the_centre_line_before_an_oncoming_one() -> None:
     env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "drives", "count": 300})
     assert driven(env, PlannerDriver(env), scenario="drive-000150")["outcome"] == "goal"
+
+
+def decided(speed: float, poses: Any, speeds: Any) -> tuple[Replanning, Belief]:
+    """The first decision of a car that drives at a speed and believes in cars of 4 x 2 m."""
+    nothing = np.zeros(0)
+    empty = Tracks.at_constant_velocity(
+        np.array([], str), np.zeros((0, 3)), np.zeros((0, 3)), nothing, nothing, 2
+    )
+    start = EgoState(velocity=speed)
+    cruise = speed - 1.0, speed + 1.0
+    scene = TrafficScene("road", thesis_road(), RoadType.HIGHWAY, start, empty, cruise)
+    count = len(poses)
+    sizes = np.full(count, 4.0), np.full(count, 2.0)
+    belief = Belief(0.0, np.array(poses), *sizes, np.array(speeds), RoadType.HIGHWAY)
+    policy = PlannerPolicy()
+    policy.begin(scene, Intention.STRAIGHT)
+    policy.drive(start, belief)
+    return policy.decisions[0], belief
+
+
+def test_at_high_speed_a_plan_is_fail_safe_until_the_car_stands() -> None:
+    """What comes in the own lane was believed to stand after 3 s, and the car drove on."""
+    decision, belief = decided(20.0, [(100.0, 0.0, np.pi)], [20.0])
+    trajectory = np.asarray(decision.plan.trajectory)
+    assert decision.ambition == Ambition.STOP or is_fail_safe(
+        trajectory, belief.obstacles(last_step=100), 0.5
+    )
+    free, _ = decided(20.0, [(110.0, 0.0, np.pi)], [20.0])
+    assert free.ambition == Ambition.CHANGE
+
+
+@pytest.mark.parametrize("speed", [7.0, 12.0, 16.0, 18.0])
+@pytest.mark.parametrize("gap", [40.0, 75.0, 110.0])
+def test_at_lower_speeds_a_longer_outlook_changes_no_plan(
+    monkeypatch: pytest.MonkeyPatch, speed: float, gap: float
+) -> None:
+    cars = [(gap, 0.0, np.pi), (30.0, 3.5, 0.1), (12.0, -3.4, 0.0)], [speed, 9.0, 0.0]
+    found, _ = decided(speed, *cars)
+    monkeypatch.setattr(planner_policy, "steps_to_rest", lambda *_: GOAL_STEPS[1])
+    expected, _ = decided(speed, *cars)
+    assert found.ambition == expected.ambition
+    np.testing.assert_array_equal(found.plan.trajectory, expected.plan.trajectory)
 
 
 def test_a_live_planner_drives() -> None:

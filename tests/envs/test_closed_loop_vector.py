@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -20,6 +21,7 @@ from avsec_gym.envs.planner_driver import PlannerDriver, PlannerDrivers
 from avsec_gym.envs.sb3 import StableBaselinesVecEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.road import Lanelet, Road
@@ -98,6 +100,32 @@ def bent_scene(id: str) -> TrafficScene:
 
 
 BENT = LoopScenes(("bent", "bent again"), bent_scene)
+
+
+def touching_scene(id: str) -> TrafficScene:
+    """Boxes that graze the car on both sides at the start, and a van that its bumper touches.
+
+    The van drives off, faster than the car, and stands in its lane after 18 m.
+    """
+    scene, steps = bent_scene(id), 120
+    poses, speeds = np.zeros((3, steps, 3)), np.zeros((3, steps))
+    poses[0], poses[1] = (-1.5, 0.9, 0.0), (-1.5, -0.9, 0.0)
+    way = np.minimum(9.0 * STEP * np.arange(steps), 18.0)
+    poses[2] = np.column_stack([4.7 + way, 0.0 * way, 0.0 * way])
+    speeds[2, :20] = 9.0
+    tracks = Tracks(
+        ids=np.array([4, 9, 2]),
+        categories=np.array(["Misc", "Misc", "Van"]),
+        dimensions=np.array([[1.0, 0.8, 0.9], [1.0, 0.8, 0.9], [2.0, 2.0, 5.0]]),
+        poses=poses,
+        speeds=speeds,
+        first=np.zeros(3, int),
+        last=np.full(3, steps - 1),
+        below=np.full(3, 1.65),
+    )
+    return replace(scene, tracks=tracks)
+
+
 SOURCES = {
     "layouts": {"source": "layouts", "count": 12},
     "drives": {"source": "drives", "count": 3},
@@ -163,6 +191,27 @@ def test_it_drives_what_single_ones_drive(
             outcomes.add(info["outcome"])
             same_info(infos, i, info)
     assert {"driving", "reset"} < outcomes
+
+
+def test_what_touches_at_the_start_is_excused_until_the_touch_ends() -> None:
+    """Both boxes are, not one alone; the van is no more when the car rams it."""
+    given: dict[str, Any] = {"scenarios": LoopScenes(("touching",), touching_scene)}
+    many = ClosedLoopVectorEnv(1, **given)
+    single = gym.make(ID, disable_env_checker=True, **given)
+    many.reset(seed=0)
+    single.reset(seed=0)
+    for _ in range(80):
+        observations, _, terminated, _, infos = many.step(np.zeros((1, 2), np.float32))
+        observation, _, ended, _, info = single.step(np.zeros(2, np.float32))
+        np.testing.assert_allclose(observations[0], observation, atol=1e-6)
+        same_info(infos, 0, info)
+        assert terminated[0] == ended
+        if ended:
+            break
+    assert info["outcome"] == "collision"
+    assert info["at_fault"] == 1.0
+    gap = 4.7 + 18.0 - 2.5 - BMW_320I.length / 2
+    assert many.alone[0].elapsed == pytest.approx(0.05 * math.ceil(gap / 6.5 / 0.05))
 
 
 def test_same_seed_same_drives() -> None:

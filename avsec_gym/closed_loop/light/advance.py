@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.angles import wrapped
 from avsec_gym.closed_loop.centre_line import coordinates
@@ -38,8 +39,6 @@ class Aim(NamedTuple):
     """Row of the lane that progress is counted along."""
     start: float
     """Where along that lane's line the start lies, metres."""
-    begun: int
-    """The actor that is touched from the start on, which is no collision; -1: none."""
 
 
 class Reached(NamedTuple):
@@ -66,6 +65,7 @@ def advance(
     steering: float,
     dt: float,
     aim: Aim,
+    excused: NDArray[np.bool_],
     road: RoadTable,
     traffic: TrafficTable,
 ) -> Reached:
@@ -79,6 +79,8 @@ def advance(
         steering: Angle that the wheels turn to, rad, positive to the left.
         dt: Seconds between two instants.
         aim: Goal and start.
+        excused: The actors that have been touched from the start on, which is no collision, shape
+            (N,); those that are touched no more are taken out.
         road: The road.
         traffic: The traffic.
     """
@@ -94,10 +96,12 @@ def advance(
         # What it touches: highway-env looks at those who were there before.
         for i in range(len(traffic.sizes)):
             here, before = traffic.present[frame, i], traffic.present[frame - 1, i]
+            touching = False
             if (here or before) and touches(car, traffic.poses[frame, i], traffic.sizes[i]):
-                crashed = crashed or before
-                if here and i != aim.begun:
-                    ending = COLLISION
+                crashed, touching = crashed or before, here
+            if touching and not excused[i]:
+                ending = COLLISION
+            excused[i] = excused[i] and touching
         # Whether it has left the road, or come to its goal.
         if ending == DRIVING and not contains(road.edges, car[X], car[Y]):
             ending = OFF_ROAD

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.closed_loop.drive_log import DriveLog, touched
 from avsec_gym.closed_loop.drive_record import (
@@ -41,14 +42,14 @@ class Place:
         duration: Seconds that a drive may take.
         road: The scene's road.
         traffic: The scene's actors at every instant.
-        begun: The actor that the car touches from the start on; -1: none.
+        excused: The actors that the car touches at the start, which is no collision, shape (N,).
     """
 
     scene: TrafficScene
     duration: float
     road: RoadTable
     traffic: TrafficTable
-    begun: int
+    excused: NDArray[np.bool_]
 
     @classmethod
     def of(cls, scene: TrafficScene, duration: float) -> Place:
@@ -60,10 +61,8 @@ class Place:
         """
         frames = HELD * (int(duration / (HELD * DT)) + 2)
         traffic = traffic_table(scene, FREQUENCY, frames)
-        sizes, start = traffic.sizes, _row(scene.start)
-        touch = touched(start, sizes, traffic.poses[0], traffic.present[0]) if len(sizes) else None
-        begun = -1 if touch is None else touch
-        return cls(scene, duration, road_table(scene.lanes), traffic, begun)
+        touching = touched(_row(scene.start), traffic.sizes, traffic.poses[0], traffic.present[0])
+        return cls(scene, duration, road_table(scene.lanes), traffic, touching)
 
     def row(self, lane: int) -> int:
         """The row of a lanelet in the table."""
@@ -77,7 +76,7 @@ class Place:
         begin, _ = scene.lanes.line(scene.start_lane).coordinates(start.x, start.y)
         distance = goal_distance(scene, self.duration)
         rows = self.row(target), self.row(scene.start_lane)
-        return Aim(rows[0], from_, distance, rows[1], begin, self.begun)
+        return Aim(rows[0], from_, distance, rows[1], begin)
 
 
 class LightDrive:
@@ -101,6 +100,8 @@ class LightDrive:
         """Metres driven so far."""
         self.progressed = 0.0
         """Metres along the road that the last action led."""
+        self.excused = place.excused.copy()
+        """Those of the place that it has touched all along."""
         self.crashed = False
         """As highway-env has it."""
         self.outcome: Outcome | None = None
@@ -147,6 +148,7 @@ class LightDrive:
                 steering,
                 DT,
                 self.aim,
+                self.excused,
                 place.road,
                 place.traffic,
             )
