@@ -77,10 +77,10 @@ class Arena:
 
     @property
     def longest_episode(self) -> int | None:
-        """The most steps of an episode, by the argument `queries` too; None: it has no limit."""
-        limit: int | None = self.environment.spec.max_episode_steps  # type: ignore[union-attr]
+        """The most steps of an episode: `queries`, or the registered limit; None: there is none."""
         queries = self.arguments.get("queries")
-        return min(limit, int(queries)) if limit and queries else limit
+        limit: int | None = self.environment.spec.max_episode_steps  # type: ignore[union-attr]
+        return limit if queries is None else int(queries)
 
     @cached_property
     def _has_batches(self) -> bool:

@@ -115,14 +115,19 @@ def single(env: str, arguments: Mapping[str, Any]) -> gym.Env[Any, Any]:
     """One environment."""
     gym.register_envs(avsec_gym)
     with _no_word_of_versions():
-        return gym.make(env, disable_env_checker=True, **arguments)
+        return gym.make(env, disable_env_checker=True, **_no_limit(arguments), **arguments)
 
 
 def batch_of(env: str, count: int, arguments: Mapping[str, Any]) -> Any:
     """Many environments that are one batch."""
     gym.register_envs(avsec_gym)
     with _no_word_of_versions():
-        return gym.make_vec(env, num_envs=count, **arguments)
+        return gym.make_vec(env, num_envs=count, **_no_limit(arguments), **arguments)
+
+
+def _no_limit(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """What frees a budget of queries, where one is given, of Gymnasium's time limit."""
+    return {} if arguments.get("queries") is None else {"max_episode_steps": -1}
 
 
 @contextmanager

@@ -82,8 +82,8 @@ class ConnectedSpoofingEnv(DrawnEnv[Observation]):
     1 when the ghost is believed and no region of it alarms, less 0.02 for the query.
 
     ## Episode end
-    Terminated when the attack succeeds; truncated after `max_episode_steps` (10) or `queries`
-    steps, whichever is less.
+    Terminated when the attack succeeds, or with the last query (10, or `queries`).  Only a
+    smaller `max_episode_steps` truncates before.
 
     ## Info
     `is_success` (believed without an alarm), `queries` (spent), `victim` (-1 at reset), `points`
@@ -97,8 +97,8 @@ class ConnectedSpoofingEnv(DrawnEnv[Observation]):
     * `scenarios="connected"`: the default suite, made in the cache on first use; a folder of
       `avsec world make --suite connected`; a dictionary such as `{"source": "data/connected",
       "first": 0, "count": 20}`, to train and to judge on different ones.
-    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
-      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `queries=None`: the budget that the observation counts; None: 10.  A larger one needs a
+      larger `max_episode_steps`, too: for 20 queries pass both as 20, or -1 for no limit.
     * `price=0.02`: of a query, from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
@@ -194,8 +194,8 @@ class ConnectedSpoofingEnv(DrawnEnv[Observation]):
         info = self._info()
         success = bool(info["is_success"])
         reward = float(success) - self.budget.price
-        ends = self.budget.ends(self._spent, has_time_limit=self.spec is not None)
-        return self._observe(), float(reward), success, ends, info
+        terminated = success or self.budget.ends(self._spent)
+        return self._observe(), float(reward), terminated, False, info
 
     def picture(self) -> NDArray[np.uint8] | None:
         """All scans from above, the last ghost among them, and what the station decided."""

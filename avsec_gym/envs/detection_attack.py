@@ -122,9 +122,8 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
         return (
             self._observe(answer),
             reward,
-            success,
-            not success
-            and self.query_budget.ends(self._spent, has_time_limit=self.spec is not None),
+            success or self.query_budget.ends(self._spent),
+            False,
             self._info(answer, success),
         )
 

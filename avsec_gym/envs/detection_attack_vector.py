@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import gymnasium as gym
@@ -35,12 +36,13 @@ class DetectionAttackVectorEnv(
     Args:
         game: Rules and scenes.
         num_envs: Number of environments, at most `MOST_ENVIRONMENTS`.
-        max_episode_steps: Steps after which an episode ends, if the budget does not end it before.
+        max_episode_steps: Steps after which an episode is cut; -1: the budget alone ends it.
         budget: Queries of an episode, and the price of a query, a ghost, a hidden object.
         render_mode: The mode, which is None.
 
     Raises:
-        ConfigurationError: A number is out of range, or there is a mode.
+        ConfigurationError: A number is out of range, the limit cuts episodes before the queries
+            that were asked for, or there is a mode.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
@@ -61,10 +63,12 @@ class DetectionAttackVectorEnv(
                 "many environments at once are not rendered: make a single one"
             )
         num_envs = whole_number("num_envs", num_envs, 1, MOST_ENVIRONMENTS)
-        longest = whole_number("max_episode_steps", max_episode_steps, 1)
+        steps = whole_number("max_episode_steps", max_episode_steps, -1)
+        limit = None if steps == -1 else whole_number("max_episode_steps", steps, 1)
+        budget.check_limit(limit)
+        self.longest = math.inf if limit is None else limit
         self.game, self.query_budget = game, budget
         self.num_envs, self.render_mode = num_envs, render_mode
-        self.longest = min(budget.queries or longest, longest)
         size = (game.action_size,)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, size, np.float32)
         self.single_observation_space = gym.spaces.Box(
@@ -122,17 +126,19 @@ class DetectionAttackVectorEnv(
             for every, of_asked in zip(answers, queried, strict=True):
                 every[asked] = of_asked
         self._spent[asked] += 1
-        terminated = (answers.outcome > OUTCOMES.index(SAFE)) & self._safe_before()
-        truncated = ~terminated & ~begins & (self._spent >= self.longest)
+        success = (answers.outcome > OUTCOMES.index(SAFE)) & self._safe_before()
+        terminated = success | self.query_budget.ends(self._spent)
+        # As Gymnasium's time limit: at the last step of an episode that is terminated, too.
+        truncated = self._spent >= self.longest
         used = 1 + answers.ghosts + answers.hidden
-        rewards = np.where(begins, 0.0, terminated - self.query_budget.price * used)
+        rewards = np.where(begins, 0.0, success - self.query_budget.price * used)
         self._ended = terminated | truncated
         return (
             self._observe(answers),
             rewards,
             terminated,
             truncated,
-            self._info(answers, terminated),
+            self._info(answers, success),
         )
 
     def _safe_before(self) -> NDArray[np.bool_]:

@@ -63,8 +63,8 @@ class FaculaAttackEnv(OpticalAttackEnv):
     0.02 for the query and 0.02 times the spot's area, as a share of the largest.
 
     ## Episode end
-    Terminated when the attack counts; truncated after `max_episode_steps` (10) or `queries` steps,
-    whichever is less.
+    Terminated when the attack counts, or with the last query (10, or `queries`).  Only a
+    smaller `max_episode_steps` truncates before.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
@@ -89,8 +89,8 @@ class FaculaAttackEnv(OpticalAttackEnv):
     * `strength=255`: of the light at its peak, grey levels, from 0.1 to 2550; two numbers: the
       attacker chooses.
     * `observation="features"`: or `"images"`, `"both"`, see above.
-    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
-      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `queries=None`: the budget that the observation counts; None: 10.  A larger one needs a
+      larger `max_episode_steps`, too: for 20 queries pass both as 20, or -1 for no limit.
     * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 

@@ -50,8 +50,8 @@ class GhostObjectEnv(DetectionAttackEnv):
     for each ghost placed and each object hidden.
 
     ## Episode end
-    Terminated when the plan became unsafe; truncated after `max_episode_steps` (10) or `queries`
-    steps, whichever is less.
+    Terminated when the plan became unsafe, or with the last query (10, or `queries`).  Only a
+    smaller `max_episode_steps` truncates before.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
@@ -70,8 +70,8 @@ class GhostObjectEnv(DetectionAttackEnv):
       `"truth"`: it knows how the real objects move (then, without hides, no plan can collide).
     * `ghost="patch"`: ghosts of 1 x 1 m, 10 m ahead or more, what a patch of the thesis' size can
       show.  `"car"`: whole cars from 5 m on; one of them right ahead blocks every way.
-    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
-      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `queries=None`: the budget that the observation counts; None: 10.  A larger one needs a
+      larger `max_episode_steps`, too: for 20 queries pass both as 20, or -1 for no limit.
     * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 

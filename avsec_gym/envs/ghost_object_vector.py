@@ -24,7 +24,7 @@ class GhostObjectVectorEnv(DetectionAttackVectorEnv):
     def __init__(
         self,
         num_envs: int = 1,
-        max_episode_steps: int = QUERIES,
+        max_episode_steps: int = -1,
         queries: int | None = None,
         ghosts: int = 2,
         hides: int = 0,

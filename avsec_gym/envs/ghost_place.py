@@ -52,9 +52,9 @@ class GhostPlaceEnv(DetectionAttackEnv):
     for the ghost.
 
     ## Episode end
-    Terminated when the plan became unsafe; truncated after `max_episode_steps` (1) or `queries`
-    steps, whichever is less.  Who may ask sixteen times can try all of them: success is compared at
-    the first query.
+    Terminated when the plan became unsafe, or with the last query (1, or `queries`).  Only a
+    smaller `max_episode_steps` truncates before.  Who may ask sixteen times can try all of
+    them: success is compared at the first query.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
@@ -74,8 +74,8 @@ class GhostPlaceEnv(DetectionAttackEnv):
       with 16 are highways; the spots' biases were found on the thesis' lanes.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;
       `"truth"`: it knows how the real objects move.
-    * `queries=None`: the budget that the observation counts; None: 1.  An environment does not know
-      the `max_episode_steps` that Gymnasium was given: for a budget of 3 pass both as 3.
+    * `queries=None`: the budget that the observation counts; None: 1.  A larger one needs a
+      larger `max_episode_steps`, too: for 3 queries pass both as 3, or -1 for no limit.
     * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 

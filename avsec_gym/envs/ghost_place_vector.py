@@ -25,7 +25,7 @@ class GhostPlaceVectorEnv(DetectionAttackVectorEnv):
     def __init__(
         self,
         num_envs: int = 1,
-        max_episode_steps: int = QUERIES,
+        max_episode_steps: int = -1,
         queries: int | None = None,
         places: int = 16,
         price: float = 0.02,

@@ -19,10 +19,12 @@ def episode_info(episode: Episode | None, scenario: str, intention: str) -> dict
         intention: The lane that the car wants to reach.
 
     Returns:
-        `planned`, and the same as `success`; `collision`, `safe`; `cost` (planned time, s),
-        `path_length` (m), `smallest_distance` (of the car from anything real at a time step, m; 0
-        in a collision, infinite where nothing is there) and `cost_sm1` (CommonRoad's SM1), nan
-        where unplanned; `outcome`, `scenario` and `intention`.
+        `planned`, and the same as `success`, the thesis' word for a plan that was found, also one
+        that collides: `safe` is what most readers mean, and `is_success`, which environments add,
+        is the agent's; `collision`, `safe`; `cost` (planned time, s), `path_length` (m),
+        `smallest_distance` (of the car from anything real at a time step, m; 0 in a collision,
+        infinite where nothing is there) and `cost_sm1` (CommonRoad's SM1), nan where unplanned;
+        `outcome`, `scenario` and `intention`.
     """
     record = None if episode is None else episode.record
     planned = record is not None and record.planned

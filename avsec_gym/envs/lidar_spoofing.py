@@ -67,8 +67,8 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     0.02 for the query and 0.02 times the patch's area, as a share of the largest.
 
     ## Episode end
-    Terminated when the attack counts; truncated after `max_episode_steps` (10) or `queries` steps,
-    whichever is less.
+    Terminated when the attack counts, or with the last query (10, or `queries`).  Only a
+    smaller `max_episode_steps` truncates before.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
@@ -94,8 +94,8 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     * `rays_lost=False`: points are added, as in the thesis; True: beams that meet the patch return
       nothing from behind it.
     * `observation="features"`: or `"images"`, `"both"`, see above.
-    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
-      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `queries=None`: the budget that the observation counts; None: 10.  A larger one needs a
+      larger `max_episode_steps`, too: for 20 queries pass both as 20, or -1 for no limit.
     * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 

@@ -62,8 +62,8 @@ class PatchAttackEnv(SensorAttackEnv):
     times the patch's area, as a share of the largest.
 
     ## Episode end
-    Terminated when the plan became unsafe; truncated after `max_episode_steps` (10) or `queries`
-    steps, whichever is less.
+    Terminated when the plan became unsafe, or with the last query (10, or `queries`).  Only a
+    smaller `max_episode_steps` truncates before.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
@@ -80,12 +80,13 @@ class PatchAttackEnv(SensorAttackEnv):
       `detector="dsgn"`, `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
       `score_threshold=0.3`, `road="thesis"`; `validator=None`, with `clean=None` and
       `response="stop"`.
-    * `patch=None`: the package's patch against this detector, of noise where it has none;
+    * `patch=None`: the package's patch against this detector, of noise where it has none (that
+      against DSGN fools it no more than a grey disc: train one by `avsec attack patch`);
       `"noise"`, uniform; `"grey"`; a patch of the package, `"dsgn"`, `"stereo_rcnn"` or `"joint"`;
       a file that `avsec attack patch` made; or a live patch.
     * `observation="features"`: or `"images"`, `"both"`, see above.
-    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
-      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `queries=None`: the budget that the observation counts; None: 10.  A larger one needs a
+      larger `max_episode_steps`, too: for 20 queries pass both as 20, or -1 for no limit.
     * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 

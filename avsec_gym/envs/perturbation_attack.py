@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -10,16 +11,18 @@ from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import flag, shown, whole_number
 from avsec_gym.attacks.attack import LEFT, RIGHT, Budget
+from avsec_gym.built_in_parts import BUILT_IN
 from avsec_gym.envs.gradient_basis import GradientBasis
 from avsec_gym.envs.observations import FEATURES
 from avsec_gym.envs.parts import Parts, takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import PLAYED, RENAMED, SensorAttackEnv, Tampering
-from avsec_gym.envs.sensor_attack_game import Situation
+from avsec_gym.envs.sensor_attack_game import SensorAttackGame, Situation
 from avsec_gym.envs.wave_basis import WaveBasis
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
+from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.registry import Kind
 
 
@@ -66,8 +69,8 @@ class PerturbationAttackEnv(SensorAttackEnv):
     times strength / `epsilon`.
 
     ## Episode end
-    Terminated when the plan became unsafe; truncated after `max_episode_steps` (10) or `queries`
-    steps, whichever is less.
+    Terminated when the plan became unsafe, or with the last query (10, or `queries`).  Only a
+    smaller `max_episode_steps` truncates before.
 
     ## Info
     `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
@@ -86,13 +89,14 @@ class PerturbationAttackEnv(SensorAttackEnv):
     * `epsilon=8`: grey levels, a whole number from 1 to 255, as a camera's are.
     * `waves=8`: at most 256; `wavelengths=(12, 60)`: shortest and longest, pixels of the camera,
       from 2 to 10,000.
-    * `surrogate=None`: a detector other than the car's, as `detector` is named, whose gradients
-      take the waves' place; `terms=None`: names of terms of its loss, None: of `"dsgn"`
-      `classification`, `box` and `centerness`, of `"stereo_rcnn"` its six.
+    * `surrogate=None`: a detector of another network than the car's, or of other weights, as
+      `detector` is named, whose gradients take the waves' place; `terms=None`: names of terms of
+      its loss, None: of `"dsgn"` `classification`, `box` and `centerness`, of `"stereo_rcnn"` its
+      six.
     * `shared=True`: both images get one pattern, as in the text of the thesis.
     * `observation="features"`: or `"images"`, `"both"`, see above.
-    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
-      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `queries=None`: the budget that the observation counts; None: 10.  A larger one needs a
+      larger `max_episode_steps`, too: for 20 queries pass both as 20, or -1 for no limit.
     * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
@@ -139,6 +143,19 @@ class PerturbationAttackEnv(SensorAttackEnv):
             render_mode=render_mode,
         )
 
+    @cached_property
+    def game(self) -> SensorAttackGame:
+        """Scenes and victim, whose network is another than the surrogate's.
+
+        Raises:
+            ConfigurationError: It is the same, or there is no such set or part.
+            DataError: A file, such as the detector's weights, is missing or broken.
+        """
+        game = SensorAttackGame(self.parts)
+        if isinstance(self.basis, GradientBasis):
+            _check_weights(self.basis.surrogate, game.pipeline.detector)
+        return game
+
     def tamper(self, situation: Situation, action: Floats) -> Tampering:
         """Both images with the pattern of these coefficients."""
         frame = situation.unattacked.frame
@@ -168,17 +185,46 @@ class PerturbationAttackEnv(SensorAttackEnv):
 
 
 def _check_other(surrogate: Any, detector: Any) -> None:
-    """Refuse the car's own detector as a surrogate.
+    """Refuse the car's own detector as a surrogate, whatever stands before either.
+
+    Args:
+        surrogate: The surrogate, by name, as a dictionary, or a live one.
+        detector: The car's detector likewise.
 
     Raises:
         ConfigurationError: They are the same.
     """
-    one, other = (
-        each["name"] if isinstance(each, Mapping) and set(each) == {"name"} else each
-        for each in (surrogate, detector)
+    one, other = _within(surrogate), _within(detector)
+    if one is other or (isinstance(one, Mapping) and one == other):
+        raise _own(surrogate)
+
+
+def _check_weights(surrogate: Detector, detector: Detector) -> None:
+    """Refuse a surrogate of the car's own weights.
+
+    Raises:
+        ConfigurationError: Their networks have the same.
+    """
+    from avsec_gym.perception.weights.weights_hash import weights_hash
+
+    own = weights_hash(surrogate)
+    if own is not None and own == weights_hash(detector):
+        raise _own(surrogate.name)
+
+
+def _within(detector: Any) -> Any:
+    """The detector within defended and attacked ones; a named one with its name's defaults."""
+    while isinstance(detector, Mapping) and detector.get("name") in ("attacked", "defended"):
+        detector = detector.get("detector")
+    given = {"name": detector} if isinstance(detector, str) else detector
+    if not isinstance(given, Mapping):
+        return given
+    _, defaults = BUILT_IN.get((Kind.DETECTOR, str(given.get("name"))), ("", {}))
+    return {**defaults, **given}
+
+
+def _own(surrogate: Any) -> ConfigurationError:
+    return ConfigurationError(
+        f"the surrogate {shown(surrogate)} is the car's own detector, which the attacker cannot"
+        ' look into: name another one, such as "stereo_rcnn" or "dsgn", or other weights'
     )
-    if one is other or (isinstance(one, str | Mapping) and one == other):
-        raise ConfigurationError(
-            f"the surrogate {shown(surrogate)} is the car's own detector, which the attacker cannot"
-            ' look into: name another one, such as "stereo_rcnn" or "dsgn"'
-        )

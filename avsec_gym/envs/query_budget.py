@@ -6,15 +6,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.argument_checks import number, whole_number
+from avsec_gym.errors import ConfigurationError
 
 
 @dataclass(frozen=True)
 class QueryBudget:
-    """The budget that observations count down.
+    """The budget that observations count down; the episode ends with the last query.
+
+    That is a termination: what is left is part of the observation, and so of the Markov decision
+    process.
 
     Args:
-        queries: Queries of an episode, which ends with the last; None: `usual`, and Gymnasium's
-            time limit ends the episode where there is one.
+        queries: Queries of an episode; None: `usual`.
         price: Reward that a query costs, and each thing that it uses, from 0 to 1.
         usual: Budget of the registered id, its `max_episode_steps`.
 
@@ -40,12 +43,22 @@ class QueryBudget:
         """Share of the queries that is left after some were spent; a number, or an array."""
         return 1.0 - spent / self.count
 
-    def ends(self, spent: int, *, has_time_limit: bool) -> bool:
-        """Whether the episode is over after so many queries.
+    def ends(self, spent: Any) -> Any:
+        """Whether the episode is over after so many queries; a number, or an array."""
+        return spent >= self.count
+
+    def check_limit(self, max_episode_steps: int | None) -> None:
+        """Refuse a time limit that would cut episodes before the queries that were asked for.
 
         Args:
-            spent: Queries of the episode.
-            has_time_limit: Whether `gym.make` made the environment: its time limit, which an
-                environment does not know, then decides, unless a budget was named.
+            max_episode_steps: Steps after which Gymnasium cuts an episode; None: there is no limit.
+
+        Raises:
+            ConfigurationError: `queries` was given, and the limit is smaller.
         """
-        return (self.queries is not None or not has_time_limit) and spent >= self.count
+        queries, limit = self.queries, max_episode_steps
+        if queries is not None and limit is not None and queries > limit:
+            raise ConfigurationError(
+                f"queries={queries} takes {queries} steps, and Gymnasium cuts an episode after"
+                f" {limit}: pass max_episode_steps={queries} as well, or -1 for no limit"
+            )

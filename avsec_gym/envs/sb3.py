@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.errors import ConfigurationError
 
 
@@ -40,9 +41,20 @@ class StableBaselinesVecEnv(VecEnv):
         self._actions: NDArray[Any] = np.zeros(0)
 
     def reset(self) -> VecEnvObs:
-        """Begin all episodes, with the seeds of `seed` if there are any."""
+        """Begin all episodes, with the seeds of `seed` and the options of `set_options`.
+
+        Raises:
+            ConfigurationError: The options differ.
+        """
         given = self._seeds[0] if self._seeds and self._seeds[0] is not None else None
-        observations, _ = self.environment.reset(seed=given)
+        options = self._options[0]
+        if self._options.count(options) != self.num_envs:
+            raise ConfigurationError(
+                f"one batch resets with the same options everywhere, got {shown(self._options)}:"
+                " give set_options one dictionary, or make single environments with"
+                " stable_baselines3.common.env_util.make_vec_env"
+            )
+        observations, _ = self.environment.reset(seed=given, options=options or None)
         self._reset_seeds()
         self._reset_options()
         return observations
@@ -57,7 +69,7 @@ class StableBaselinesVecEnv(VecEnv):
         names = [name for name in info if not name.startswith("_")]
         infos = [
             {name: _plain(info[name][i]) for name in names}
-            | {"TimeLimit.truncated": bool(truncated[i])}
+            | {"TimeLimit.truncated": bool(truncated[i] and not terminated[i])}
             for i in range(self.num_envs)
         ]
         ended = np.asarray(terminated | truncated, bool)

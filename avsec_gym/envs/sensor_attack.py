@@ -155,9 +155,8 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         return (
             self._observe(),
             float(success) - self.query_budget.price * (1.0 + tampering.used),
-            success,
-            not success
-            and self.query_budget.ends(self._spent, has_time_limit=self.spec is not None),
+            success or self.query_budget.ends(self._spent),
+            False,
             self._info(tampering.facts, success),
         )
 

@@ -263,12 +263,22 @@ def test_the_drivers_that_are_rules_drive_many_as_they_drive_one() -> None:
             assert together.reward[seed] == pytest.approx(total, abs=1e-5)
 
 
-@pytest.mark.parametrize(("queries", "longest"), [(None, 4), (2, 2), (9, 4)])
+@pytest.mark.parametrize(("queries", "longest"), [(None, 10), (2, 2), (12, 12)])
 def test_searches_know_how_long_an_episode_is(queries: int | None, longest: int) -> None:
     arena = Arena("avsec/GhostObject-v0", {"queries": queries})
-    arena.environment.spec.max_episode_steps = 4  # type: ignore[union-attr]
     assert arena.longest_episode == longest
-    assert SearchBudget(arena, 256 * 6, 0).trials == 6 // longest
+    assert SearchBudget(arena, 256 * 30, 0).trials == 30 // longest
+
+
+def test_queries_alone_make_a_longer_episode() -> None:
+    """In a batch, and in a single environment."""
+    arena = Arena("avsec/GhostObject-v0", {"queries": 12})
+    idle = np.full(arena.environment.action_space.shape or (), -1.0)
+    together = arena.play(lambda seen, ways: np.tile(idle, (len(ways), 1)), range(2))
+    assert together.steps.tolist() == [12, 12]
+    arena.environment.reset(seed=0)
+    ends = [arena.environment.step(idle)[2:4] for _ in range(12)]
+    assert ends == [(False, False)] * 11 + [(True, False)]
 
 
 @pytest.mark.slow

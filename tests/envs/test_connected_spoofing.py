@@ -50,9 +50,9 @@ def test_a_query_costs_its_price_and_the_budget_ends() -> None:
     for _ in range(2):
         _, reward, terminated, truncated, info = env.step(np.zeros(4, np.float32))
         assert reward == pytest.approx(float(info["is_success"]) - 0.1)
-        assert terminated == info["is_success"]
-        ends.append(truncated)
-    assert ends == [False, True]
+        assert not info["is_success"]
+        ends.append((terminated, truncated))
+    assert ends == [(False, False), (True, False)]
 
 
 def test_the_scene_shows_where_others_are_and_what_stands() -> None:

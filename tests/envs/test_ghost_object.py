@@ -9,12 +9,14 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from stable_baselines3.common.vec_env import DummyVecEnv
 
 import avsec_gym  # noqa: F401
 from avsec_gym.attacks.object_injection import GHOSTS, hide_objects, inject_ghosts
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.ghost_object import GhostObjectEnv
 from avsec_gym.envs.ghost_object_vector import GhostObjectVectorEnv
+from avsec_gym.envs.sb3 import StableBaselinesVecEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.pipeline import run_episode
@@ -238,15 +240,19 @@ def test_what_moves_is_the_planners_business() -> None:
 
 
 @pytest.mark.parametrize(
-    ("id", "arguments"),
+    ("id", "arguments", "without_success"),
     [
-        (ID, {"ghost": "car"}),
-        (ID, {"ghost": "car", "ghosts": 1, "hides": 2, "motion": "static"}),
-        ("avsec/GhostObject-v1", {"queries": 5}),
-        ("avsec/GhostObject-v1", {"places": 3, "motion": "truth"}),
+        (ID, {"ghost": "car"}, (False, True)),
+        (ID, {"ghost": "car", "ghosts": 1, "hides": 2, "motion": "static"}, (False, True)),
+        (ID, {"ghost": "car", "queries": 3}, (True, False)),
+        ("avsec/GhostObject-v1", {"queries": 4}, (True, True)),
+        ("avsec/GhostObject-v1", {"queries": 2, "places": 3, "motion": "truth"}, (True, False)),
     ],
 )
-def test_the_vector_form_plays_what_single_ones_play(id: str, arguments: dict[str, Any]) -> None:
+def test_the_vector_form_plays_what_single_ones_play(
+    id: str, arguments: dict[str, Any], without_success: tuple[bool, bool]
+) -> None:
+    """At most four steps, whose end without a success is the budget's, the limit's or both's."""
     count, seed = 5, 11
     many = gym.make_vec(
         id, num_envs=count, vectorization_mode="vector_entry_point", max_episode_steps=4,
@@ -268,13 +274,13 @@ def test_the_vector_form_plays_what_single_ones_play(id: str, arguments: dict[st
                 expected: tuple[float, bool, bool] = (0.0, False, False)
             else:
                 observation, *rest, info = env.step(actions[i])
-                expected = (rest[0], rest[1], rest[2] and not rest[1])
+                expected = (rest[0], rest[1], rest[2])
                 ended[i] = rest[1] or rest[2]
             np.testing.assert_array_equal(observations[i], observation)
             assert (rewards[i], terminated[i], truncated[i]) == expected
             ends.add(expected[1:])
             same_info(infos, i, info)
-    assert ends == {(False, False), (True, False), (False, True)}
+    assert {(False, False), (True, False), without_success} <= ends
 
 
 def same_info(infos: dict[str, Any], i: int, info: dict[str, Any]) -> None:
@@ -331,6 +337,10 @@ def test_wrong_actions_and_arguments_of_the_vector_form() -> None:
         GhostObjectVectorEnv(2, render_mode="rgb_array")
 
 
+def batch(id: str, count: int, **given: Any) -> Any:
+    return gym.make_vec(id, num_envs=count, vectorization_mode="vector_entry_point", **given)
+
+
 def steps_until_the_end(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
     env.reset(seed=0)
     for step in range(1, 50):
@@ -343,42 +353,95 @@ def steps_until_the_end(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
 
 
 def test_the_budget() -> None:
-    assert steps_until_the_end(gym.make(ID, ghost="car")) == (10, False, True)
-    assert steps_until_the_end(GhostObjectEnv()) == (10, False, True)
-    assert steps_until_the_end(gym.make(ID, ghost="car", queries=3)) == (3, False, True)
-    assert steps_until_the_end(gym.make(ID, ghost="car", max_episode_steps=25)) == (25, False, True)
-    assert steps_until_the_end(gym.make(ID, ghost="car", max_episode_steps=25, queries=12)) == (
-        12,
-        False,
-        True,
-    )
-    assert steps_until_the_end(gym.make(ID, ghost="car", max_episode_steps=4)) == (4, False, True)
-    # Gymnasium's limit of 10 steps holds whatever the environment is told.
-    assert steps_until_the_end(gym.make(ID, ghost="car", queries=20)) == (10, False, True)
-    assert steps_until_the_end(GhostObjectEnv(queries=30)) == (30, False, True)
+    assert steps_until_the_end(GhostObjectEnv()) == (10, True, False)
+    assert steps_until_the_end(GhostObjectEnv(queries=30)) == (30, True, False)
+    # Gymnasium's time limit counts the last query, too.
+    assert steps_until_the_end(gym.make(ID, ghost="car")) == (10, True, True)
 
 
 @pytest.mark.parametrize(
     ("limits", "end"),
     [
-        ({}, 10),
-        ({"queries": 3}, 3),
-        ({"queries": 20}, 10),
-        ({"max_episode_steps": 13}, 13),
-        ({"max_episode_steps": 13, "queries": 12}, 12),
+        ({}, (10, True, True)),
+        ({"queries": 3}, (3, True, False)),
+        ({"max_episode_steps": 4}, (4, False, True)),
+        ({"max_episode_steps": 13}, (10, True, False)),
+        ({"max_episode_steps": 13, "queries": 12}, (12, True, False)),
+        ({"max_episode_steps": 12, "queries": 12}, (12, True, True)),
+        ({"max_episode_steps": -1, "queries": 20}, (20, True, False)),
+        ({"max_episode_steps": -1}, (10, True, False)),
     ],
+    ids=str,
 )
-def test_the_vector_form_has_the_same_budget(limits: dict[str, int], end: int) -> None:
-    many = gym.make_vec(
-        ID, ghost="car", num_envs=1, vectorization_mode="vector_entry_point", **limits
-    )
-    single = gym.make(ID, **limits)
+def test_the_vector_form_has_the_same_budget(
+    limits: dict[str, int], end: tuple[int, bool, bool]
+) -> None:
+    many = batch(ID, 1, ghost="car", **limits)
+    single = gym.make(ID, ghost="car", **limits)
+    assert steps_until_the_end(single) == end
     many.reset(seed=0), single.reset(seed=0)
-    for step in range(1, end + 1):
-        observations, _, _, truncated, _ = many.step(action()[None])
-        observation, _, _, cut, _ = single.step(action())
+    for step in range(1, end[0] + 1):
+        observations, _, *over, _ = many.step(action()[None])
+        observation, _, *ends, _ = single.step(action())
         np.testing.assert_array_equal(observations[0], observation)
-        assert truncated[0] == cut == (step == end)
+        assert [each[0] for each in over] == ends
+        assert tuple(ends) == (end[1:] if step == end[0] else (False, False))
+
+
+@pytest.mark.parametrize("limits", [{}, {"max_episode_steps": 4}, {"max_episode_steps": -1}])
+def test_a_success_at_the_last_query_ends_as_in_single_ones(limits: dict[str, int]) -> None:
+    """It is paid as a success, and terminated once."""
+    wall = action(*[(9.0, y, np.pi / 2) for y in (-5.7, -1.9, 1.9, 5.7)], size=4)
+    given = {"ghost": "car", "ghosts": 4, "queries": 4, "scenarios": set_of(scene([])), **limits}
+    many, single = batch(ID, 1, **given), gym.make(ID, **given)
+    for each in (many, single):
+        each.reset(seed=0, options={"intention": "straight"})
+    for step in range(1, 5):
+        asked = wall if step == 4 else action(size=4)
+        _, (reward,), *over, infos = many.step(asked[None])
+        _, paid, *ends, info = single.step(asked)
+        assert [each[0] for each in over] == ends
+        assert reward == pytest.approx(paid)
+        assert infos["is_success"][0] == info["is_success"] == (step == 4)
+    assert ends == [True, limits.get("max_episode_steps") == 4]
+    assert paid == pytest.approx(1.0 - 0.02 * 5)
+
+
+def test_a_budget_that_gymnasium_would_cut_is_refused_of_many_with_the_remedy() -> None:
+    for id, limits in ((ID, {"queries": 11}), (ID, {"queries": 5, "max_episode_steps": 4}),
+                       ("avsec/GhostObject-v1", {"queries": 2})):  # fmt: skip
+        remedy = f"max_episode_steps={limits['queries']} as well, or -1"
+        with pytest.raises(ConfigurationError, match=remedy):
+            batch(id, 2, **limits)
+
+
+def test_a_failure_is_worth_nothing_more_to_stable_baselines3() -> None:
+    """It adds the value of what follows where a time limit alone ends an episode."""
+    for limits, cut in (({}, False), ({"max_episode_steps": 4}, True)):
+        given = {"ghost": "car", **limits}
+        one = DummyVecEnv([lambda given=given: gym.make(ID, **given)])
+        for many in (StableBaselinesVecEnv(batch(ID, 1, **given)), one):
+            many.reset()
+            for _ in range(4 if cut else 10):
+                _, _, ended, infos = many.step(action()[None])
+            assert ended[0]
+            assert infos[0]["TimeLimit.truncated"] == cut
+
+
+def test_options_reach_every_environment_of_a_batch() -> None:
+    many = StableBaselinesVecEnv(batch(ID, 3, ghost="car"))
+    picked = gym.make(ID, ghost="car").reset(seed=0)[1]["scenario"]
+    many.seed(1)
+    many.set_options({"scenario": picked, "intention": "straight"})
+    many.reset()
+    infos = many.step(np.zeros((3, 8)))[-1]
+    assert {(info["scenario"], info["intention"]) for info in infos} == {(picked, "straight")}
+    # They hold for one reset, as in stable-baselines3's own.
+    many.reset()
+    assert {info["scenario"] for info in many.step(np.zeros((3, 8)))[-1]} != {picked}
+    many.set_options([{"intention": "left"}, {"intention": "right"}, {}])
+    with pytest.raises(ConfigurationError, match="give set_options one dictionary"):
+        many.reset()
 
 
 def test_the_share_of_queries_left_is_observed_and_stays_in_the_space() -> None:

@@ -48,7 +48,7 @@ def played(scenarios: Any, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
     won = []
     for place in range(PLACES):
         observations, _ = envs.reset(seed=seed)
-        won.append(envs.step(np.tile(pick(place), (count, 1)))[2])
+        won.append(envs.step(np.tile(pick(place), (count, 1)))[-1]["is_success"])
     return observations, np.stack(won, axis=1)
 
 
@@ -167,7 +167,7 @@ def test_a_ghost_closes_the_gap_beside_a_parked_car() -> None:
         where = places_in(observation).positions
         for place in range(PLACES):
             env.reset(seed=seed, options={"intention": "straight"})
-            if env.step(pick(place))[2]:
+            if env.step(pick(place))[-1]["is_success"]:
                 assert where[place, 1] > -1.0
     assert len(wins[0])
     assert (wins[0][:, 1] > -1.0).all()

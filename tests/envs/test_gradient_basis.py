@@ -22,6 +22,10 @@ from avsec_gym.registry import Kind, make
 from tests.finds_nothing import FindsNothing
 
 ID = "avsec/PerturbationAttack-v0"
+SHIPPED = {"name": "dsgn", "weights": "shipped"}
+BEHIND = {"name": "defended", "defence": "jpeg"}
+UNDER = {"name": "attacked", "attack": "random_noise"}
+"""Lack the detector within."""
 
 
 class Surrogate(FindsNothing):
@@ -45,6 +49,15 @@ class Surrogate(FindsNothing):
             "red": 3.0 * batch.left[:, 0].sum() + batch.right[:, 0].sum(),
             "nothing": torch.zeros(()),
         }
+
+
+class WithWeights(Surrogate):
+    """One that has a network."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__()
+        torch.manual_seed(seed)
+        self.network = torch.nn.Linear(2, 2)
 
 
 class Judged:
@@ -154,6 +167,16 @@ def test_the_packages_detectors_have_these_terms_and_repeat(
         ({"surrogate": "dsgn"}, "the car's own detector"),
         ({"surrogate": {"name": "dsgn"}}, "the car's own detector"),
         ({"surrogate": "stereo_rcnn", "detector": {"name": "stereo_rcnn"}}, "own detector"),
+        ({"surrogate": SHIPPED, "detector": "dsgn"}, "own detector"),
+        ({"surrogate": "dsgn", "detector": {"name": "defended", "detector": "dsgn"}}, "own det"),
+        (
+            {
+                "surrogate": "dsgn",
+                "detector": {**UNDER, "detector": {**BEHIND, "detector": SHIPPED}},
+            },
+            "own detector",
+        ),
+        ({"surrogate": {**BEHIND, "detector": "dsgn"}, "terms": ["box"]}, "own detector"),
         ({"surrogate": "oracle"}, "terms names those"),
         ({"surrogate": "stereo_rcnn", "terms": "class"}, "a list of names"),
         ({"surrogate": "stereo_rcnn", "terms": []}, "a list of names"),
@@ -168,8 +191,26 @@ def test_what_cannot_be_is_refused_at_once(given: dict[str, Any], complaint: str
 
 def test_the_live_detector_of_the_car_is_no_surrogate() -> None:
     judged = Judged()
-    with pytest.raises(ConfigurationError, match="own detector"):
-        PerturbationAttackEnv(detector=judged, surrogate=judged, terms=["rows"])
+    behind = {**BEHIND, "detector": judged}
+    for detector in (judged, behind):
+        with pytest.raises(ConfigurationError, match="own detector"):
+            PerturbationAttackEnv(detector=detector, surrogate=judged, terms=["rows"])
+
+
+def test_the_weights_of_the_car_are_no_surrogate_under_whatever_name(quick: dict[str, Any]) -> None:
+    """Found where both are made, at the first reset."""
+    car, copy, other = WithWeights(0), WithWeights(0), WithWeights(1)
+    for detector in (car, {**BEHIND, "detector": car}, {**UNDER, "detector": car}):
+        given = {**quick, "detector": detector, "terms": ["rows"]}
+        with pytest.raises(ConfigurationError, match="own detector"):
+            PerturbationAttackEnv(**given, surrogate=copy).game  # noqa: B018
+        PerturbationAttackEnv(**given, surrogate=other).game  # noqa: B018
+
+
+@pytest.mark.parametrize("weights", ["mine.safetensors", None])
+def test_other_weights_of_the_same_network_are_another_detector(weights: str | None) -> None:
+    other = {"name": "dsgn", "weights": weights}
+    assert PerturbationAttackEnv(surrogate=other).action_space.shape == (3,)
 
 
 def test_a_surrogate_without_a_loss_or_the_term_is_refused(quick: dict[str, Any]) -> None:

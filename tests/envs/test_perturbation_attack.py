@@ -181,13 +181,22 @@ def test_the_unattacked_car_is_asked_once_for_each_scene(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "limit"), [({}, 10), ({"max_episode_steps": 3}, 3), ({"queries": 2}, 2)]
+    ("arguments", "limit", "end"),
+    [
+        ({}, 10, (True, True)),
+        ({"max_episode_steps": 3}, 3, (False, True)),
+        ({"queries": 2}, 2, (True, False)),
+        ({"queries": 12, "max_episode_steps": -1}, 12, (True, False)),
+    ],
+    ids=str,
 )
-def test_the_budget_truncates(quick: dict[str, Any], arguments: dict[str, Any], limit: int) -> None:
+def test_the_budget_terminates_and_a_smaller_limit_truncates(
+    quick: dict[str, Any], arguments: dict[str, Any], limit: int, end: tuple[bool, bool]
+) -> None:
     env = gym.make(ID, **quick, **arguments)
     env.reset(seed=0)
     ends = [env.step(np.zeros(16))[2:4] for _ in range(limit)]
-    assert ends == [(False, False)] * (limit - 1) + [(False, True)]
+    assert ends == [(False, False)] * (limit - 1) + [end]
 
 
 def test_features_tell_the_scene_as_it_is(quick: dict[str, Any], bright_cars: ModuleType) -> None:

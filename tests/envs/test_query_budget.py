@@ -11,17 +11,18 @@ from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.errors import ConfigurationError
 
 
-def test_a_named_budget_ends_the_episode_whoever_made_the_environment() -> None:
+def test_an_episode_ends_with_the_last_query() -> None:
     budget = QueryBudget(queries=3, usual=10)
-    for has_time_limit in (False, True):
-        ends = [budget.ends(spent, has_time_limit=has_time_limit) for spent in range(5)]
-        assert ends == [False, False, False, True, True]
+    assert [budget.ends(spent) for spent in range(5)] == [False, False, False, True, True]
+    assert QueryBudget(usual=2).ends(np.array([1, 2])).tolist() == [False, True]
 
 
-def test_without_a_name_the_time_limit_decides_where_there_is_one() -> None:
-    budget = QueryBudget(usual=2)
-    assert [budget.ends(spent, has_time_limit=False) for spent in (1, 2)] == [False, True]
-    assert not budget.ends(20, has_time_limit=True)
+def test_a_time_limit_below_the_queries_that_were_asked_for_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"max_episode_steps=3 as well, or -1"):
+        QueryBudget(queries=3).check_limit(2)
+    QueryBudget(queries=3).check_limit(3)
+    QueryBudget(queries=3).check_limit(None)
+    QueryBudget(usual=10).check_limit(2)
 
 
 def test_the_share_that_is_left_counts_down_to_none() -> None:
