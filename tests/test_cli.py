@@ -19,11 +19,14 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import run
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.kitti.labels import write_detections, write_labels
+from avsec_gym.planners.plan import Plan
+from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario import scene_sets
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 DONE, BAD_DATA, BAD_USAGE, IN_PART = 0, 1, 2, 3
 RATES = ("success_rate", "collision_rate", "safe_driving_rate")
@@ -410,6 +413,21 @@ def test_plan_writes_a_line_for_each_file(
     assert wall["reason"] == "unreachable"
     assert wall["expanded"] > 1
     assert (way["status"], way["file"]) == ("found", "c_way.xml")
+
+
+def test_plan_plans_each_file_once(
+    problems: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    plan = MotionPrimitivePlanner.plan
+
+    def counted(self: MotionPrimitivePlanner, scenario: PlanningScenario) -> Plan:
+        asked.append(scenario.id)
+        return plan(self, scenario)
+
+    monkeypatch.setattr(MotionPrimitivePlanner, "plan", counted)
+    planned(capsys, problems)
+    assert asked == ["a_free", "b_wall", "c_way"]
 
 
 def test_plan_takes_files_in_the_order_given(

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from avsec_gym import console
 from avsec_gym.commands.left_out import say_left_out
 from avsec_gym.commands.named_part import named_part
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import is_there
 
 if TYPE_CHECKING:
     from avsec_gym.validation.connected.attacks.attacked_instant import InstantAttack
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from avsec_gym.validation.validation_folder import ValidationFolder
 
 _USUAL_OUT = Path("runs/connected")
-SAMPLES = ".samples.jsonl"
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,8 @@ class Connected:
     """Compare the LiDARs of connected vehicles with each other, instant by instant.
 
     A line for each instant, a picture from above for each alarm, a summary; what was stopped goes
-    on.  With --fit it measures what the evidence is worth on such vehicles instead.
+    on, and an instant that has changed since is judged again.  With --fit it measures what the
+    evidence is worth on such vehicles instead.
     """
 
     data: Path | None = None
@@ -132,7 +133,7 @@ class Connected:
                 clean = fit.clean_scores if learned is None else learned.clean_log_odds
                 test = lasting_test(clean, self.sequence, self.alarms)
                 sums = judged.add_up(JudgedSequences(test, self.sequence), drives)
-            return judged.report(left_out, sums)
+            return judged.report(drives, left_out, sums)
 
     def _check(self) -> None:
         for name, good in (
@@ -159,6 +160,12 @@ class Connected:
             raise ConfigurationError(
                 "--sequence adds up log odds of judged instants: it goes with --method rays or"
                 " learned, and without --fit"
+            )
+        if self.fit is not None and is_there(self.fit):
+            raise DataError(
+                "This file exists and is left as it is.",
+                path=self.fit,
+                remedy="Name another --fit, or take this file away.",
             )
         # A mistyped name is an error before anything is measured.
         _ = self._attack
@@ -229,20 +236,32 @@ class Connected:
 
     def _fit(self, path: Path) -> int:
         """Measure, fit, write; what was measured is kept beside the file until it is written."""
+        from avsec_gym import __version__
+        from avsec_gym.commands.kept_samples import kept_samples
+        from avsec_gym.runs.fingerprints import fingerprint
         from avsec_gym.validation.connected.fit import write_connected_fit
         from avsec_gym.validation.connected.fitting import FittedInstants, fit_connected
 
         source = self._source.first(self.limit)
         on = FittedInstants(self._record_of_data(source), self._proposer, seed=self.seed)
-        samples = path.with_name(path.name + SAMPLES)
+        record = {
+            "version": __version__,
+            "data": str(source.root.resolve()),
+            "fingerprint": fingerprint(source.root),
+            "poses": self.poses,
+            "proposals": self.proposals,
+            "attacks": [repr(attack) for attack in on.attacks],
+            "seed": self.seed,
+            "limit": self.limit,
+        }
         left_out: dict[str, str] = {}
-        total = len(source.names) or sum(1 for _ in source.read(left_out))
-        with console.progress("measuring instants") as shown:
-            instants = source.read(left_out)
-            fit = fit_connected(instants, total, on, samples=samples, on_progress=shown)
-        say_left_out(left_out, "drives and instants")
-        write_connected_fit(path, fit)
-        samples.unlink(missing_ok=True)
+        with kept_samples(path, record) as samples:
+            total = len(source.names) or sum(1 for _ in source.read(left_out))
+            with console.progress("measuring instants") as shown:
+                instants = source.read(left_out)
+                fit = fit_connected(instants, total, on, samples=samples, on_progress=shown)
+            say_left_out(left_out, "drives and instants")
+            write_connected_fit(path, fit)
         console.say(f"avsec: {path} holds what was {fit.origin}")
         return console.DONE_IN_PART if left_out else console.DONE
 
@@ -279,16 +298,22 @@ class Connected:
     @contextmanager
     def _locked(self, fit: ConnectedFit) -> Iterator[ValidationFolder]:
         """The folder of the results, which no other process writes meanwhile."""
+        from avsec_gym import __version__
         from avsec_gym.commands.instant_rows import InstantRow
+        from avsec_gym.commands.named_files import named_files
         from avsec_gym.storage.folder_lock import locked_folder
         from avsec_gym.storage.text_files import read_text
         from avsec_gym.validation.connected.fit import FORMAT
         from avsec_gym.validation.validation_folder import ValidationFolder, usual_folder
 
         content = read_text(self._constants_file, most=2**28)
+        # The name of a default suite's folder has the fingerprint of the world.
         record = {
             "format": FORMAT,
-            "data": "default suite connected" if self.data is None else str(self.data.resolve()),
+            "version": __version__,
+            "data": f"default suite {self._source.root.name}"
+            if self.data is None
+            else str(self.data.resolve()),
             "method": self.method,
             "poses": self.poses,
             "proposals": self.proposals,
@@ -301,5 +326,7 @@ class Connected:
         if self.method == "learned":
             model = read_text(self._model_file, most=2**28)
             record["model"] = hashlib.sha256(model.encode()).hexdigest()
+        if files := named_files(record["attack"]):
+            record["files"] = files
         with locked_folder(self.out or usual_folder(_USUAL_OUT, record)) as out:
             yield ValidationFolder(out, record, InstantRow)

@@ -85,7 +85,8 @@ class DriveInTraffic:
     """Folder of the results: new or empty, or see --resume.  Default: runs/drive, or
     runs/drive_2 and so on if there is something."""
     resume: bool = False
-    """Go on with the same drives where they were stopped."""
+    """Go on with the same drives where they were stopped; where all that are there are others, that
+    is an error, and where there are none they begin."""
     jobs: int = 1
     """Number of processes; the results are the same."""
     pictures: int = 20
@@ -228,6 +229,8 @@ class DriveInTraffic:
         """Everything that decides the results."""
         from avsec_gym import __version__
         from avsec_gym.closed_loop.error_model.shipped import error_model_file
+        from avsec_gym.closed_loop.loop_scenes import NAMED
+        from avsec_gym.commands.named_files import named_files
         from avsec_gym.storage.regular_files import read_bytes
 
         record: dict[str, Any] = {
@@ -242,18 +245,37 @@ class DriveInTraffic:
             files = [error_model_file(model) for model in self.error_model]
             contents = b"".join(read_bytes(file, most=2**30) for file in files)
             record["error_model"] = hashlib.sha256(contents).hexdigest()
+        # A source of its own name is no folder that happens to be called so, too.
+        places = {name: value for name, value in scenarios.items() if value not in NAMED}
+        if named := named_files([places, record["settings"]]):
+            record["files"] = named
         return record
 
     def _out(self, record: dict[str, Any]) -> Path:
-        """The folder that was named, or the first that is free, or that is to be gone on with."""
+        """The folder that was named, or the first that is free, or that is to be gone on with.
+
+        Raises:
+            DataError: Drives are to be gone on with, and all that are there are others.
+        """
         from avsec_gym.drives.drive_folder import differences, has_drives
 
         if self.out is not None:
             return self.out
+        others: list[str] = []
         for number in count(1):
             out = _USUAL_OUT.with_name(_USUAL_OUT.name + (f"_{number}" if number > 1 else ""))
-            if not has_drives(out) or (self.resume and not differences(out, record)):
+            if not has_drives(out):
                 break
+            newest, others = out, differences(out, record) if self.resume else []
+            if self.resume and not others:
+                break
+        if others:
+            raise DataError(
+                f"The newest drives are others: {'; '.join(others)}.",
+                path=newest,
+                remedy="Give the options that they were begun with, or begin new ones without "
+                "--resume.",
+            )
         return out
 
     def _folder(self, out: Path, record: dict[str, Any]) -> DriveFolder:

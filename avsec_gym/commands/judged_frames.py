@@ -6,10 +6,12 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym import console
-from avsec_gym.commands.left_out import say_left_out
+from avsec_gym.commands.left_out import say_kept, say_left_out
+from avsec_gym.commands.recorded_stamps import frame_stamps
 from avsec_gym.errors import AvsecError, DataError
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text
@@ -35,7 +37,8 @@ class JudgedFrames:
     Args:
         frames: The frames, one or more.
         validator: The validator that judges the frames.
-        folder: The folder of this question; what it knows already is not asked again.
+        folder: The folder of this question; what it knows already is not asked again, unless the
+            frame has changed since.
         attack: The attack on each of the frames; None: they are judged as they were recorded.
         seed: Seed of the attack.
         locate: Whether damage is looked for in the sensors that are named.
@@ -67,9 +70,10 @@ class JudgedFrames:
             AvsecError: None could be judged; why the first could not.
         """
         refused: list[AvsecError] = []
-        for row in self._rows.values():
+        known = self._rows
+        say_kept(len(known), len(self.frames), "frames")
+        for row in known.values():
             self._tell(row)
-        known = self.folder.rows
         missing = [(n, frame) for n, frame in enumerate(self.frames) if frame.id not in known]
         with console.progress("validating") as shown:
             for done, (number, recorded) in enumerate(missing, start=1):
@@ -108,11 +112,17 @@ class JudgedFrames:
         damage = located_damage(validation) if self.locate else {}
         seconds = judged_at - begun, time.perf_counter() - judged_at
         row = row_of(id, validation, tampered.attacked, damage, seconds)
-        row["fitted_on"] = self.origin
-        # The picture first: a row that is kept has its picture.
+        row |= {"fitted_on": self.origin, "recorded": self._stamps[id]}
+        # The picture first: a row that is kept has its picture, and not that of an earlier one.
+        pictures = {
+            is_alarm: self.folder.out / kind / f"{id.replace('/', '_')}.png"
+            for is_alarm, kind in ((True, "alarms"), (False, "no_alarms"))
+        }
+        for picture in pictures.values():
+            picture.unlink(missing_ok=True)
+            picture.with_suffix(".rrd").unlink(missing_ok=True)
         if validation.alarm or self.draw_all:
-            kind = "alarms" if validation.alarm else "no_alarms"
-            picture = self.folder.out / kind / f"{id.replace('/', '_')}.png"
+            picture = pictures[validation.alarm]
             save_validation_picture(validation, picture, damage, self.origin)
             if self.record:
                 from avsec_gym.drawing.rerun_alarm import write_alarm_recording
@@ -157,11 +167,19 @@ class JudgedFrames:
             )
         return console.DONE_IN_PART if left_out else console.DONE
 
+    @cached_property
+    def _stamps(self) -> dict[str, str]:
+        return frame_stamps(self.frames, self.validator.system)
+
     @property
     def _rows(self) -> dict[str, dict[str, Any]]:
-        """Of these frames; the folder may have others."""
+        """Of these frames as they are now; the folder may have others."""
         rows = self.folder.rows
-        return {recorded.id: rows[recorded.id] for recorded in self.frames if recorded.id in rows}
+        return {
+            id: rows[id]
+            for id, stamp in self._stamps.items()
+            if id in rows and rows[id].get("recorded") == stamp
+        }
 
     def _tell(self, row: Mapping[str, Any]) -> None:
         from avsec_gym.commands.validation_line import validation_line

@@ -13,7 +13,8 @@ from avsec_gym.commands.attacked_drives import AttackedDrives
 from avsec_gym.commands.instant_rows import attack_row, drive_of, registered_row, sent_bytes
 from avsec_gym.commands.instant_summary import summary
 from avsec_gym.commands.judged_sequences import JudgedSequences, drive_line
-from avsec_gym.commands.left_out import say_left_out
+from avsec_gym.commands.left_out import say_kept, say_left_out
+from avsec_gym.commands.recorded_stamps import instant_stamp
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text
 
@@ -49,7 +50,8 @@ class JudgedInstants:
         source: The instants.
         validator: The validator that judges them.
         fit: What its constants were fitted on.
-        folder: The folder of this question; what it knows already is not asked again.
+        folder: The folder of this question; what it knows already is not asked again, unless the
+            instant has changed since.
         attack: The attack on each of the instants; None: they are judged as they were recorded.
         seed: Seed of the attack.
         pictures: Most pictures of alarms.
@@ -83,22 +85,27 @@ class JudgedInstants:
             DataError: A file of the data is missing or broken.
         """
         known, total = self.folder.rows, len(self.source.names)
-        alarm_recorded, drives = False, dict[str, str]()
+        alarm_recorded, drives, kept = False, dict[str, str](), 0
         attacks = AttackedDrives(self.attack, self.seed) if self.attack else None
         with console.progress("comparing vehicles") as shown:
             for number, instant in enumerate(self.source.read(left_out)):
-                drives[instant.id] = drive_of(instant)
+                drive, stamp = drive_of(instant), instant_stamp(instant)
                 if attacks is not None:
-                    attacks.show(instant, number, drives[instant.id])
-                if instant.id not in known:
-                    self._judge_one(instant, number, attacks)
-                row = known[instant.id]
+                    attacks.show(instant, number, drive)
+                if known.get(instant.id, {}).get("recorded") == stamp:
+                    kept += 1
+                else:
+                    drawn = sum(known[id]["alarm"] for id in drives)
+                    row = self._judge_one(instant, number, attacks, drawn < self.pictures)
+                    self.folder.add({**row, "recorded": stamp})
+                row, drives[instant.id] = known[instant.id], drive
                 self._tell(row)
                 if self.recording and (number == 0 or row["alarm"] > alarm_recorded):
                     self._record(instant, number, attacks, self.recording)
                     alarm_recorded = row["alarm"]
                 if total:
                     shown(number + 1, total)
+        say_kept(kept, len(drives), "instants")
         return drives
 
     def _record(
@@ -112,14 +119,32 @@ class JudgedInstants:
         write_instant_recording(scans, path, self.validator.validate(scans, id=recorded.id))
 
     def _judge_one(
-        self, recorded: RecordedInstant, number: int, attacks: AttackedDrives | None
-    ) -> None:
+        self,
+        recorded: RecordedInstant,
+        number: int,
+        attacks: AttackedDrives | None,
+        draws: bool,
+    ) -> dict[str, Any]:
+        """The row of an instant; its alarm is drawn where `draws`."""
         attacked = None if attacks is None else attacks.attacked(recorded, number)
         instant = recorded if attacked is None else attacked.instant
         # A rig is recognised by what was recorded, not by what an attacker made of it.
         self.fit.check(recorded.scans)
         result = self.validator.validate(instant.scans, id=instant.id)
-        row = {
+        # The picture first: a row that is kept has its picture, and not that of an earlier one.
+        picture = self.folder.out / "alarms" / f"{instant.id.replace('/', '_')}.png"
+        picture.unlink(missing_ok=True)
+        if result.alarm and draws:
+            from avsec_gym.drawing.connected_picture import save_connected_picture
+
+            save_connected_picture(
+                picture,
+                result,
+                instant.scans,
+                self.validator.constants.margins,
+                self.fit.origin,
+            )
+        return {
             **result.to_json(),
             "attack": None if attacked is None else attack_row(attacked, result),
             "attack_possible": self.attack is None or attacked is not None,
@@ -127,19 +152,6 @@ class JudgedInstants:
             "drive": drive_of(recorded),
             **registered_row(recorded),
         }
-        drawn = sum(row["alarm"] for row in self.folder.rows.values())
-        # The picture first: a row that is kept has its picture.
-        if result.alarm and drawn < self.pictures:
-            from avsec_gym.drawing.connected_picture import save_connected_picture
-
-            save_connected_picture(
-                self.folder.out / "alarms" / f"{instant.id.replace('/', '_')}.png",
-                result,
-                instant.scans,
-                self.validator.constants.margins,
-                self.fit.origin,
-            )
-        self.folder.add(row)
 
     def add_up(self, judged: JudgedSequences, drives: Mapping[str, str]) -> dict[str, Any]:
         """Report each drive by what adds up over its instants.
@@ -159,10 +171,16 @@ class JudgedInstants:
                 console.print_line(drive_line(row))
         return judged.summary(rows)
 
-    def report(self, left_out: Mapping[str, str], sums: Mapping[str, Any] | None = None) -> int:
+    def report(
+        self,
+        drives: Mapping[str, str],
+        left_out: Mapping[str, str],
+        sums: Mapping[str, Any] | None = None,
+    ) -> int:
         """Sum up, in words or JSON and in ``summary.json``; the exit code.
 
         Args:
+            drives: The drive of each instant, as of `judge`; the folder may have other instants.
             left_out: The reasons why drives and instants could not be read, by name.
             sums: What added up over drives, as of `add_up`.
 
@@ -170,7 +188,7 @@ class JudgedInstants:
             DataError: No instant was judged.
         """
         say_left_out(left_out, "drives and instants")
-        found = summary(list(self.folder.rows.values()))
+        found = summary([self.folder.rows[id] for id in drives])
         found |= {"method": self.validator.method, "fitted_on": self.fit.origin}
         found |= {"left_out": len(left_out)}
         if sums is not None:

@@ -55,13 +55,14 @@ class PlanFiles:
         files = _expand(self.files)
         self._check_pictures(files)
         planner = self._planner()
-        rows, skipped, warm = [], 0, False
+        rows, skipped, warm = [], 0, self.pictures is None
         with console.progress("planning") as shown:
             for number, file in enumerate(files, start=1):
                 try:
                     scenario = read_commonroad(file)
                     if not warm:
-                        # Loading the compiled search is no part of any file's time.
+                        # The kernels of a search are loaded before its clock runs, those of the
+                        # tree that a picture shows are not.
                         planner.plan(scenario)
                         warm = True
                     plan = planner.plan(scenario)

@@ -26,13 +26,16 @@ if TYPE_CHECKING:
     from avsec_gym.validation.validation_folder import ValidationFolder
 
 _USUAL_OUT = Path("runs/validate")
+_PARTS = ("validator", "depth", "attack")
+"""Entries of the record that may name files."""
 
 
 @dataclass(frozen=True)
 class Validate:
     """Check the sensors of a recording against each other, frame by frame.
 
-    A line for each frame, a picture for each alarm, a summary; what was stopped goes on.
+    A line for each frame, a picture for each alarm, a summary; what was stopped goes on, and a
+    frame that has changed since is judged again.
     """
 
     kitti_raw: Path | None = None
@@ -231,14 +234,21 @@ class Validate:
     @contextmanager
     def _locked(self, recordings: Recordings, by: JudgedBy) -> Iterator[ValidationFolder]:
         """The folder of the results, which no other process writes meanwhile."""
+        from avsec_gym import __version__
+        from avsec_gym.commands.named_files import named_files
+        from avsec_gym.commands.recorded_stamps import frame_stamps
         from avsec_gym.storage.folder_lock import locked_folder
         from avsec_gym.validation.fitted_on import FORMAT
         from avsec_gym.validation.validation_folder import ValidationFolder, usual_folder
 
         place = self.kitti or self.kitti_raw
+        # The name of a default suite's folder has the fingerprint of the world.
         record = {
             "format": FORMAT,
-            "recording": "default suite raw" if place is None else str(place.resolve()),
+            "version": __version__,
+            "recording": f"default suite {recordings.root.name}"
+            if place is None
+            else str(place.resolve()),
             "sensors": list(recordings.system.sensors),
             "clean_frames": len(by.clean),
             "rate": self.rate,
@@ -250,6 +260,9 @@ class Validate:
             "seed": self.seed,
             "locate": self.locate,
         }
+        if by.clean:
+            stamps = "".join(frame_stamps(by.clean, recordings.system).values())
+            record["clean_recorded"] = hashlib.sha256(stamps.encode()).hexdigest()
         if self.fit_likelihood:
             record["fit_likelihood"] = True
         if self.validator is not None:
@@ -262,5 +275,7 @@ class Validate:
                 record[name] = hashlib.sha256(read_text(file).encode()).hexdigest()
         if by.shipped is not None:
             record["shipped"] = hashlib.sha256(read_text(by.shipped).encode()).hexdigest()
+        if files := named_files([record[name] for name in _PARTS if name in record]):
+            record["files"] = files
         with locked_folder(self.out or usual_folder(_USUAL_OUT, record)) as out:
             yield ValidationFolder(out, record)

@@ -104,7 +104,10 @@ class ValidationFolder:
         return self._lines.rows
 
     def add(self, row: dict[str, Any]) -> None:
-        """Keep the result of a frame."""
+        """Keep the result of a frame, in place of an earlier one of its id."""
+        if self.rows.pop(row["id"], None) is not None:
+            others = "".join(json.dumps(other) + "\n" for other in self.rows.values())
+            write_text(self.out / ROWS, others, overwrite=True)
         self._lines.add(row)
 
     def _check_sensors(self, known: set[str]) -> None:
@@ -142,12 +145,24 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
     """
     if not any(is_there(out / name) for name in (ROWS, THRESHOLDS, LIKELIHOOD, SAMPLES)):
         return []
-    there = {}
-    if is_there(out / RECORD):
-        there = portable(read_json_object(out / RECORD, remedy=_AWAY))
+    return record_differences(out / RECORD, {"rows": FORMAT, **record}, _AWAY)
+
+
+def record_differences(path: Path, record: Mapping[str, Any], remedy: str) -> list[str]:
+    """Differences between the record in a file and another, see `differences`.
+
+    Args:
+        path: The file, there or not.
+        record: The record to compare with; JSON-able.
+        remedy: What helps where the file is damaged, a sentence.
+
+    Raises:
+        DataError: The file is damaged.
+    """
+    there = portable(read_json_object(path, remedy=remedy)) if is_there(path) else {}
     if not there:
-        return [f"there is no {RECORD} that states whose they are"]
-    asked = json.loads(json.dumps(portable({"rows": FORMAT, **record})))
+        return [f"there is no {path.name} that states whose they are"]
+    asked = json.loads(json.dumps(portable(record)))
     return [
         f"{name} {there.get(name)}, not {asked.get(name)}"
         for name in {**asked, **there}

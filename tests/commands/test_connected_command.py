@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,12 +18,13 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.sensor_files import write_points
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.storage.folder_lock import folder_lock
+from avsec_gym.validation.connected import fitting, learned_fitting
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.sources import connected_source
 from avsec_gym.validation.connected.validator import ConnectedValidator
 from avsec_gym.validation.connected.vehicle_scan import VehicleScan
 from tests.validation.connected.conftest import CARS, pose_at, scan_of
-from tests.validation.connected.opv2v.opv2v_sample import write_sample
+from tests.validation.connected.opv2v.opv2v_sample import write_ascii_pcd, write_sample
 
 _CAR, _GHOST = (14.0, 3.0, 0.1), (15.0, -4.0, -0.2)
 
@@ -112,6 +114,109 @@ def test_a_folder_of_opv2v_is_judged_and_goes_on(
     # Another question has another folder.
     assert run([*command, "--method", "surfaces"]) == 1
     assert "of something else" in capsys.readouterr().err
+
+
+def test_only_what_is_asked_for_is_summed_up(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("yaml")
+    write_sample(tmp_path / "data")
+    out = tmp_path / "out"
+    command = ["connected", "--data", str(tmp_path / "data"), "--out", str(out)]
+    for more, instants, kept in ((), 2, 0), (("--limit", "1"), 1, 1), ((), 2, 2):
+        assert run([*command, *more]) == 0
+        assert json.loads((out / "summary.json").read_text())["instants"] == instants
+        told = f"{kept} of {instants} instants are kept from an earlier run"
+        assert (told in capsys.readouterr().err) == (kept > 0)
+
+
+def test_pictures_are_counted_among_the_instants_that_are_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("yaml")
+    monkeypatch.setattr(ConnectedResult, "alarm", True)
+    data, out = tmp_path / "data", tmp_path / "out"
+    one, other = (write_sample(data), write_sample(tmp_path / "other", ("00050", "00060")))
+    command = ["connected", "--data", str(data), "--out", str(out), "--pictures", "1"]
+    assert run(command) == 0
+    # Other instants stand before them now.
+    for vehicle in ("641", "650"):
+        for file in (other / vehicle).iterdir():
+            file.rename(one / vehicle / file.name)
+    assert run([*command, "--limit", "2"]) == 0
+    drawn = sorted(path.stem[-5:] for path in (out / "alarms").iterdir())
+    assert drawn == ["00050", "00069"]
+
+
+def test_a_changed_instant_is_judged_anew(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("yaml")
+    scenario, out = write_sample(tmp_path / "data"), tmp_path / "out"
+    command = ["connected", "--data", str(tmp_path / "data"), "--out", str(out), "--json"]
+    assert run(command) == 0
+    *before, _ = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    path = scenario / "641" / "00071.pcd"
+    write_ascii_pcd(path, np.array([[20.0 + 0.01 * i, 6.0, -1.0] for i in range(40)]))
+    assert run(command) == 0
+    told = capsys.readouterr()
+    *rows, _ = (json.loads(line) for line in told.out.splitlines())
+    assert rows[0] == before[0]
+    assert rows[1]["recorded"] != before[1]["recorded"]
+    assert "1 of 2 instants are kept" in told.err
+    assert len((out / "frames.jsonl").read_text().splitlines()) == 2
+
+
+def test_a_fit_that_was_stopped_goes_on_with_the_same_question_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("yaml")
+    write_sample(tmp_path / "data")
+    write_sample(tmp_path / "other")
+    file = tmp_path / "fit.json"
+    samples = tmp_path / "fit.json.samples.jsonl"
+
+    def stopped(*_: Any, samples: Path, **__: Any) -> None:
+        samples.touch()
+        with pytest.raises(DataError, match="Another process"), folder_lock(tmp_path):
+            pass
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fitting, "fit_connected", stopped)
+    command = ["connected", "--fit", str(file), "--data"]
+    same = [*command, str(tmp_path / "data")]
+    assert run(same) == run(same) == 130
+    capsys.readouterr()
+    for other, what in (
+        ([*command, str(tmp_path / "other")], "data "),
+        ([*same, "--seed", "1"], "seed 0, not 1"),
+        ([*same, "--poses", "true"], "poses measured, not true"),
+    ):
+        assert run(other) == 1
+        told = capsys.readouterr().err
+        assert f"{samples}: What was measured is of something else: " in told
+        assert what in told
+        assert "Take this file away" in told
+    # Something else lies in the place of the data.
+    (tmp_path / "data" / "2021_08_22_21_41_24" / "data_protocol.yaml").write_text("{}")
+    assert run(same) == 1
+    assert "fingerprint" in capsys.readouterr().err
+    samples.unlink()
+    assert run(same) == 130
+
+
+@pytest.mark.parametrize("method", ["rays", "learned"])
+def test_a_fit_that_is_there_is_refused_before_anything_is_measured(
+    method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for module, name in ((fitting, "fit_connected"), (learned_fitting, "fit_learned")):
+        monkeypatch.setattr(module, name, lambda *_, **__: pytest.fail("it was measured"))
+    file = tmp_path / "fit.json"
+    file.write_text("{}")
+    write_sample(tmp_path / "data")
+    command = ["connected", "--data", str(tmp_path / "data"), "--method", method]
+    assert run([*command, "--fit", str(file)]) == 1
+    assert f"{file}: This file exists" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

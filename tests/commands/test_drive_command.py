@@ -13,10 +13,15 @@ from typing import Any
 import gymnasium as gym
 import pytest
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import run
 from avsec_gym.closed_loop.error_model.model import ErrorModel, Ghosts, write_error_model
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import build_planning_scenario
+from avsec_gym.scenario.commonroad import write_commonroad
+from avsec_gym.scenario.intention import Intention
 
 SCENES = 4
 TIMES = "seconds.jsonl"
@@ -217,6 +222,44 @@ def test_drives_of_something_else_are_left_alone(
     drive(out, code=1)
     assert "--resume" in capsys.readouterr().err
     assert content(out) == content(made)
+
+
+def test_without_a_name_it_resumes_the_same_drives_or_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["drive", "--scenarios", "layouts", "--limit", "1", "--duration", "1", "--resume"]
+    words += ["--pictures", "0", "--settings", "blind"]
+    for _ in range(2):  # Begun, where there are none; then gone on with.
+        assert run(words) == 0
+    shutil.copytree("runs/drive", "runs/drive_2")
+    record = json.loads(Path("runs/drive_2/drives.json").read_text())
+    Path("runs/drive_2/drives.json").write_text(json.dumps(record | {"intention": "left"}))
+    capsys.readouterr()
+    assert run([*words, "--seed", "1"]) == 1
+    told = capsys.readouterr().err
+    assert f"{Path('runs/drive_2')}: The newest drives are others: " in told
+    assert "intention left, not straight; seed 0, not 1" in told
+    assert "without --resume" in told
+    assert sorted(path.name for path in Path("runs").iterdir()) == ["drive", "drive_2"]
+    assert run(words) == 0
+
+
+def test_other_scenes_in_the_same_folder_are_other_drives(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, out = tmp_path / "scenes", tmp_path / "out"
+    folder.mkdir()
+    words = ["drive", "--scenarios", str(folder), "--out", str(out), "--duration", "1"]
+    words += ["--resume", "--pictures", "0", "--settings", "blind"]
+    for code, road in enumerate((RoadType.STREET, RoadType.HIGHWAY)):
+        scene = build_planning_scenario(
+            Boxes3D.empty(), road_type=road, intention=Intention.STRAIGHT, id="free"
+        )
+        (folder / "free.xml").unlink(missing_ok=True)
+        write_commonroad(scene, folder / "free.xml")
+        assert run(words) == code
+    assert "files {" in capsys.readouterr().err
 
 
 def test_drives_whose_rows_were_emptied_are_driven_again(

@@ -24,6 +24,7 @@ from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
 from avsec_gym.validation.thresholds import read_threshold_table, shares_of
+from avsec_gym.world import export
 
 RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 COVERED = 11
@@ -411,3 +412,92 @@ def test_a_damaged_line_is_named(validated: Lines, tmp_path: Path, capsys: Any) 
     rows = (out / "frames.jsonl").read_text().split("\n")
     (out / "frames.jsonl").write_text("\n".join(["{", *rows[1:]]))
     validated(*options, code=1)
+
+
+def test_a_changed_frame_is_judged_anew_and_appended_ones_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, drive = drive_of_walls(tmp_path / "first", 6), drive_of_walls(tmp_path, 3)
+    fitted, out = tmp_path / "fitted", tmp_path / "out"
+    common = ["validate", "--no-locate", "--rate", "0"]
+    clean = ["--kitti-raw", str(first), "--out", str(fitted), "--clean", "0.7"]
+    assert run([*common, *clean]) == 0
+    capsys.readouterr()
+    table = ["--thresholds", str(fitted / "thresholds.json")]
+    judged = [*common, *table, "--kitti-raw", str(drive), "--out", str(out), "--json"]
+
+    def lines(code: int = 0) -> tuple[list[dict], str]:
+        assert run(judged) == code
+        told = capsys.readouterr()
+        return [json.loads(line) for line in told.out.splitlines()], told.err
+
+    *before, _ = lines()[0]
+    write_raw_frame(drive, 3, wall(COVERED))
+    (*rows, _), told = lines()
+    assert rows[:3] == before
+    assert rows[3]["alarm"]
+    assert "3 of 4 frames are kept from an earlier run" in told
+    assert [path.stem for path in (out / "alarms").iterdir()] == ["0000000003"]
+    # The frames change places: one is covered now, and the other one no longer.
+    for sensor in ("image_00", "image_01", "image_02", "velodyne_points"):
+        one, other = (next((drive / sensor / "data").glob(f"{number:010d}.*")) for number in (1, 3))
+        held = one.read_bytes()
+        one.write_bytes(other.read_bytes())
+        other.write_bytes(held)
+    (*rows, last), told = lines()
+    assert {row["id"]: row["alarm"] for row in rows} == {
+        f"{number:010d}": number == 1 for number in range(4)
+    }
+    assert last["summary"]["alarms"] == 1
+    assert "2 of 4 frames are kept from an earlier run" in told
+    assert [path.stem for path in (out / "alarms").iterdir()] == ["0000000001"]
+    assert len((out / "frames.jsonl").read_text().splitlines()) == 4
+    # What cannot be read any more has no result either.
+    (drive / "image_01" / "data" / "0000000001.png").write_bytes(b"no picture")
+    (*rows, last), _ = lines(code=3)
+    assert last["summary"]["frames"] == len(rows) == 3
+    # Of another calibration nothing is kept.
+    for path in drive.parent.glob("calib_*.txt"):
+        path.unlink()
+    rig = camera_rig([0.0, 0.4, 0.6], focal_length=201.0, centre=(120.0, 60.0), size=(240, 120))
+    write_raw_calibration(drive.parent, rig.calibration, image_size=(240, 120))
+    _, told = lines(code=3)
+    assert "are kept" not in told
+
+
+def test_changed_clean_frames_are_another_fit(validated: Lines, tmp_path: Path) -> None:
+    drive = drive_of_walls(tmp_path, 6)
+    options = ["--out", str(tmp_path / "out"), "--clean", "0.5", "--no-locate"]
+    validated(*options, drive=drive)
+    image = drive / "image_01" / "data" / "0000000001.png"
+    shutil.copy(drive / "image_01" / "data" / "0000000002.png", image)
+    validated(*options, drive=drive, code=1)
+
+
+def test_a_file_that_json_names_counts_by_its_content(
+    day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    common = ["validate", "--kitti-raw", str(day), "--no-locate"]
+    for name, share in (("a", "0.4"), ("b", "0.5")):
+        assert run([*common, "--rate", "0", "--clean", share, "--out", str(tmp_path / name)]) == 0
+    table = tmp_path / "a" / "thresholds.json"
+    named = json.dumps({"name": "thresholds", "thresholds": str(table), "rate": 0.0})
+    judged = [*common, "--validator", named, "--limit", "2", "--out", str(tmp_path / "out")]
+    assert run(judged) == 0
+    shutil.copy(tmp_path / "b" / "thresholds.json", table)
+    capsys.readouterr()
+    assert run(judged) == 1
+    assert "of something else: files" in capsys.readouterr().err
+
+
+def test_a_default_suite_of_another_world_is_another_recording(
+    day: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["validate", "--no-locate", "--clean", "0.4", "--limit", "6"]
+    words += ["--out", str(tmp_path / "out")]
+    for code, name in enumerate(("raw-0123", "raw-4567")):
+        suite = shutil.copytree(day, tmp_path / name / day.name).parent
+        monkeypatch.setattr(export, "default_suite", lambda *_, suite=suite: suite)
+        assert run(words) == code
+    told = capsys.readouterr().err
+    assert "recording default suite raw-0123, not default suite raw-4567" in told
