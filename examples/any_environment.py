@@ -23,7 +23,8 @@ NO_IMAGES = {"avsec/DetectorBenchmark-v0": {"observation": "features"}}
 def learned(id: str, steps: int, arguments: dict) -> dict[str, float | str]:
     """Train, and play ten episodes; the mean reward."""
     env = make_vec_env(id, seed=0, env_kwargs=NO_IMAGES.get(id, {}) | arguments)
-    model = PPO("MlpPolicy", env, n_steps=min(steps, 256), batch_size=min(steps, 64), seed=0)
+    policy = "MultiInputPolicy" if hasattr(env.observation_space, "spaces") else "MlpPolicy"
+    model = PPO(policy, env, n_steps=min(steps, 256), batch_size=min(steps, 64), seed=0)
     model.learn(steps)
     reward, spread = evaluate_policy(model, env, n_eval_episodes=10)
     return {"environment": id, "reward": float(reward), "spread": float(spread)}

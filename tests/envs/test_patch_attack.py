@@ -179,7 +179,7 @@ def test_by_itself_the_patch_is_the_packages_against_this_detector(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("attack", "steps"), [("perturbation", 64), ("patch", 160)])
+@pytest.mark.parametrize(("attack", "steps"), [("perturbation", 64), ("patch", 320)])
 def test_the_study_trains_and_compares(quick: dict[str, Any], attack: str, steps: int) -> None:
     scenes = json.dumps({"source": quick["scenarios"]})
     command = [sys.executable, "-m", "studies.attackers.pixel_attackers", attack]

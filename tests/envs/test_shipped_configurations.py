@@ -43,6 +43,7 @@ def listed() -> list[Any]:
 def short(configuration: AgentConfiguration) -> AgentConfiguration:
     """The same in the small scenes of the catalogue's tests."""
     cheap = arguments(configuration.env) | CHEAP.get(configuration.env, {})
+    cheap.pop("observation", None)  # The configuration's own, which its policy takes.
     if configuration.env == "avsec/ClosedLoopAttack-v0":
         cheap = {}  # Of a few drives, none is contested.
     return replace(
