@@ -37,11 +37,6 @@ class AttackedDetector:
         self._seed = seed_number("seed", seed)
         self.name = f"{self._detector.name} under {self._attack.name}"
 
-    @property
-    def network(self) -> Any:
-        """The detector's network, if it has one."""
-        return getattr(self._detector, "network", None)
-
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """What the detector sees; images have whole grey levels, as a camera's have.
 
