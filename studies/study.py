@@ -21,7 +21,6 @@ DATA = {
     "original": "a checkout of commonroad-search",
     "parity": "outputs of the original networks, see benchmarks/parity.py",
     "trainings": "runs of `avsec train`, each named as its network",
-    "classifiers": "held-out frames, see docs/classifiers.md; one folder or several",
 }
 """What a user gives, since it cannot be in the repository: option -> what it is."""
 

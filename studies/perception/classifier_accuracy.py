@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.console import progress
@@ -51,6 +52,9 @@ class JudgedObject:
         probability: The probability of moving, with a neighbouring frame where there is one.
         single: The probability of moving, by the current crop alone.
         has_neighbour: Whether there was one.
+        said: Whether the classifier finds that it moves, by its own rule: with a neighbouring frame
+            where there is one.
+        said_by_single: The same by the current crop alone, for which the rule is stricter.
         scene: The place and time that several frames are of; None: this frame alone.
     """
 
@@ -60,6 +64,8 @@ class JudgedObject:
     probability: float
     single: float
     has_neighbour: bool
+    said: bool
+    said_by_single: bool
     scene: str | None = field(default=None, metadata=OPTIONAL)
 
 
@@ -233,16 +239,31 @@ def judged(
         return []
     assert boxes.moving is not None, "the truth"
     has_neighbour = neighbour_of(frame, boxes) is not None
-    with_neighbour = classifier.probabilities(boxes, frame)
-    alone = classifier.probabilities(boxes, replace(frame, previous=()))
-    columns = zip(boxes.location[:, 2], boxes.moving, with_neighbour, alone, strict=True)
+    alone = replace(frame, previous=())
+    columns = zip(
+        boxes.location[:, 2],
+        boxes.moving,
+        classifier.probabilities(boxes, frame),
+        classifier.probabilities(boxes, alone),
+        _moving(classifier, boxes, frame),
+        _moving(classifier, boxes, alone),
+        strict=True,
+    )
     return [
         JudgedObject(
             frame.id, round(float(z), 1), bool(moves), round(float(p), 4), round(float(q), 4),
-            has_neighbour, scene,
+            has_neighbour, bool(said), bool(said_by_single), scene,
         )
-        for z, moves, p, q in columns
+        for z, moves, p, q, said, said_by_single in columns
     ]  # fmt: skip
+
+
+def _moving(
+    classifier: MovingObjectClassifier, boxes: Boxes3D, frame: SensorFrame
+) -> NDArray[np.bool_]:
+    moving = classifier.classify(boxes, frame).moving
+    assert moving is not None, "set by the classifier"
+    return moving
 
 
 def counted(truth: Sequence[bool], said: Sequence[bool], scenes: Sequence[str]) -> Accuracy:
@@ -275,7 +296,7 @@ def _word(answer: bool) -> str:
 def _motion_summary(objects: Sequence[JudgedObject]) -> MotionAccuracy:
     def of(chosen: Iterable[JudgedObject], single: bool = False) -> Accuracy:
         chosen = list(chosen)
-        said = [(seen.single if single else seen.probability) >= 0.5 for seen in chosen]
+        said = [seen.said_by_single if single else seen.said for seen in chosen]
         scenes = [seen.scene or seen.frame for seen in chosen]
         return counted([seen.moving for seen in chosen], said, scenes)
 
