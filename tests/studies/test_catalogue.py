@@ -68,7 +68,7 @@ def test_words_of_a_command() -> None:
         f"{RESULTS}/chapter5.json", f"{RESULTS}/chapter5_manifest.json"
     ]  # fmt: skip
     run = chapter5.steps[1]
-    assert run.words[:6] == ("-m", "avsec_gym", "run", "chapter5", "--limit", "200")
+    assert run.words[:5] == ("-m", "avsec_gym", "run", "chapter5", "--scenarios")
     assert "frames=r/twins/street,r/twins/highway" in run.filled(
         {"scenarios": ["s"], "runs": ["r"]}
     )
