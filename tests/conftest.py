@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import signal
+import time
 from pathlib import Path
 
 import pytest
@@ -21,6 +24,30 @@ for number, default in (
 ):
     if signal.getsignal(number) is signal.SIG_IGN:
         signal.signal(number, default)
+
+BEGUN = time.monotonic()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """With `SLOW_ROUND` set, files come in an order of that round's own.
+
+    Slow tests beyond `SLOW_SECONDS` are left out: so none is left out every time.
+    """
+    turn = os.environ.get("SLOW_ROUND", "")
+
+    def place(item: pytest.Item) -> bytes:
+        return hashlib.sha256((turn + item.nodeid.split("::")[0]).encode()).digest()
+
+    if turn:
+        items.sort(key=place)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Slow tests begin within `SLOW_SECONDS` of the session's start, where that is set."""
+    limit = float(os.environ.get("SLOW_SECONDS", "inf"))
+    if item.get_closest_marker("slow") and time.monotonic() - BEGUN > limit:
+        pytest.skip(f"the {limit:.0f} s for slow tests are over")
+
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 
