@@ -60,7 +60,7 @@ class Train:
     """Folder of the run."""
     data: tuple[Path, ...] = ()
     """Folders in KITTI's object layout, with ImageSets, such as `avsec world make` writes.
-    Default: the default suites of the procedural world, made on first use; few frames."""
+    Default: small suites of the procedural world's training assets, made on first use."""
     validation: tuple[Path, ...] = ()
     """Folders to validate on; all frames of --data are then learned from.  Default: the split
     `val` of --data."""

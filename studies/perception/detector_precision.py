@@ -3,8 +3,9 @@
 Run ``python -m studies.perception.detector_precision --kitti DIR --detectors dsgn
 stereo_rcnn --json FILE --figures DIR``. A detector is a name, ``name:preset``, or ``name=FILE``
 with weights of one's own. ``--other-part DIR`` has scenes of the other part of the assets, such as
-those that networks learn from: the precision on both is compared. A run that was stopped goes on:
-what was detected is kept in ``--out``.
+those that networks learn from: the precision on both is compared. Frames of the procedural world
+that are not of judging assets are refused, unless ``--any-assets`` is given. A run that was stopped
+goes on: what was detected is kept in ``--out``.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from studies.perception.kept_detections import (
     FrameTime,
     LabelledData,
     add_options,
+    check_judging_assets,
     described,
     detected,
     labelled_frames,
@@ -94,11 +96,12 @@ def run(options: argparse.Namespace) -> DetectorPrecision:
     """Detect, score, draw.
 
     Raises:
-        ConfigurationError: A detector is unknown, an option makes no sense, or the other part of
-            the assets is the same.
+        ConfigurationError: A detector is unknown, an option makes no sense, the frames are not of
+            judging assets, or the other part of the assets is the same.
         DataError: The folder has no frames, a file is broken, or there are no weights.
     """
     judged = _frames(options, options.kitti)
+    check_judging_assets(judged.described, options)
     other = None if options.other_part is None else _other_part(options, judged)
     data, ids, truth = judged.data, judged.ids, judged.truth
     found: dict[str, list[Boxes3D]] = {}

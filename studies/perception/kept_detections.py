@@ -69,6 +69,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, default=Path("runs/detector_precision"), help="for what was detected"
     )
+    parser.add_argument(
+        "--any-assets",
+        action="store_true",
+        help="also frames of the procedural world that are not of judging assets",
+    )
     parser.add_argument("--limit", type=int, help="only the first frames")
     parser.add_argument("--workers", type=int, default=1, help="processes that detect")
     parser.add_argument("--resamples", type=int, default=1000, help="of frames, for intervals")
@@ -102,6 +107,24 @@ def labelled_frames(
             remedy=f"`{make}` makes some.",
         )
     return data, ids, [data.labels(id, keep_dont_care=True) for id in ids]
+
+
+def check_judging_assets(data: LabelledData, options: argparse.Namespace) -> None:
+    """Check that frames of the procedural world show assets that are kept for judging.
+
+    Args:
+        data: The frames; of no suite are those of other origin, which have no such assets.
+        options: The options of the command, see `add_options`.
+
+    Raises:
+        ConfigurationError: They show others, and ``--any-assets`` is not given.
+    """
+    if data.suite is None or data.assets == "judge" or options.any_assets:
+        return
+    raise ConfigurationError(
+        f"the frames of --kitti are of the assets {data.assets or 'all'!r}, which networks learn"
+        " from: give frames of `avsec world make --assets judge`, or --any-assets if that is meant"
+    )
 
 
 def detected(

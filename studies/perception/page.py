@@ -27,7 +27,7 @@ from studies.perception.detector_scores import Interval
 from studies.perception.disparity_accuracy import DisparityAccuracy
 from studies.perception.page_classifiers import classifiers
 from studies.perception.page_errors import examples, reasons
-from studies.perception.page_frames import designs, world_make
+from studies.perception.page_frames import assets_of, held_out, world_make
 from studies.perception.page_history import every_scoring, real_then_and_now, trainings
 from studies.perception.page_networks import (
     DetectorTimes,
@@ -37,14 +37,15 @@ from studies.perception.page_networks import (
     ranking,
     real,
     seconds,
-    training,
 )
 from studies.perception.page_parts import by_assets, by_distance, by_occlusion
+from studies.perception.page_seen_assets import seen_assets
 from studies.perception.page_single_sensor import moderate, single_sensor
+from studies.perception.page_training import training
 from studies.perception.real_frames import DetectorsInRealFrames
 from studies.perception.single_sensor_precision import SingleSensorPrecision
 from studies.perception.training_curves import NetworkCurves
-from studies.perception.training_history import TrainingHistory
+from studies.perception.training_history import Training, TrainingHistory
 
 FILES = {
     "detectors": "detectors.json",
@@ -144,8 +145,9 @@ def _curves(found: Mapping[str, Any]) -> dict[str, NetworkCurves]:
 def page(results: DetectorResults) -> str:
     """The page as Markdown."""
     scores = results.detectors
+    known = results.history.trainings if results.history else ()
     sections = [
-        _head(scores),
+        _head(scores, known),
         _musts(scores),
         _in_full(scores),
         by_distance(scores),
@@ -153,9 +155,10 @@ def page(results: DetectorResults) -> str:
         by_assets(scores),
         reasons(scores),
         examples(scores),
-        single_sensor(results.single) if results.single else [],
-        training(scores.detectors, results.single, results.disparity, bool(results.curves)),
+        single_sensor(results.single, known) if results.single else [],
+        training(scores.detectors, results.single, results.disparity, results.curves, known),
         trainings(results.history) if results.history else [],
+        seen_assets(known),
         every_scoring(results.history.scorings) if results.history else [],
         real(results.real) if results.real else [],
         real_then_and_now(results.history.real) if results.history else [],
@@ -168,13 +171,14 @@ def page(results: DetectorResults) -> str:
     return "\n\n".join("\n".join(section) for section in sections if section) + "\n"
 
 
-def _head(scores: DetectorPrecision) -> list[str]:
+def _head(scores: DetectorPrecision, known: Sequence[Training]) -> list[str]:
     data, cars = scores.data, scores.data.cars
+    cards = {name: figures.weights for name, figures in scores.detectors.items()}
     where, made = "labelled frames", []
     if data.suite is not None:
         where = (
             f"frames of the procedural world (suite `{data.suite}`, seed {data.seed},"
-            f" {designs(data)}, sources {data.fingerprint})"
+            f" {assets_of(data)}, sources {data.fingerprint})"
         )
         made = [f"{world_make(data)} --no-lidar --out HELD_OUT"]
     return [
@@ -182,7 +186,7 @@ def _head(scores: DetectorPrecision) -> list[str]:
         "",
         f"On {data.frames} {where} with {data.objects} labelled objects, {cars.all} of"
         f" them cars; to be found are {cars.easy} (easy), {cars.moderate} (moderate),"
-        f" {cars.hard} (hard). {_held_out(scores)}"
+        f" {cars.hard} (hard). {held_out(data, cards, known)}"
         " Average precision of cars by KITTI's rules in percent, with 95 % bootstrap intervals over"
         f" frames ({scores.resamples} draws). Numbers in [detectors.json](detectors.json);"
         " everything on this page is made by `python -m studies.detectors`, this part by",
@@ -193,22 +197,6 @@ def _head(scores: DetectorPrecision) -> list[str]:
         f" --detectors {' '.join(row.asked for row in scores.detectors.values())}",
         "```",
     ]
-
-
-def _held_out(scores: DetectorPrecision) -> str:
-    """What the cards of the weights state of these frames."""
-    cards = [figures.weights for figures in scores.detectors.values() if figures.weights]
-    learned = {
-        (source.suite, source.seed)
-        for card in cards
-        for source in (*card.data.training, *card.data.validation)
-    }
-    if not learned:
-        return "No card states what the detectors learned from."
-    if (scores.data.suite, scores.data.seed) in learned:
-        return "**Not held out: a detector was trained or validated on this suite and seed.**"
-    known = ", ".join(f"`{suite}` {seed}" for suite, seed in sorted(learned, key=str))
-    return f"The networks were trained and validated on others (suite and seed: {known})."
 
 
 def _musts(scores: DetectorPrecision) -> list[str]:

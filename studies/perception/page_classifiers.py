@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from avsec_gym.errors import DataError
-from avsec_gym.report.markdown_table import interval, markdown_table, share
+from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, share
 from studies.perception.classifier_accuracy import Accuracy, ClassifierAccuracy
 
 _INDEPENDENT = (
@@ -40,9 +42,11 @@ def classifiers(found: ClassifierAccuracy) -> list[str]:
             of = real[name].accuracy
             counts = of.single_crop if name == "flags_of_scenarios" else of.with_neighbour
             rows.append(_row(words, counts, motion.thesis))
-    rows.append(_row("road type", road.world.accuracy))
+    rows.append(_row("road type", road.world.accuracy, of_motion=False))
     if road.real:
-        rows.append(_row("road type, real frames", road.real.accuracy, road.thesis))
+        rows.append(
+            _row("road type, real frames", road.real.accuracy, road.thesis, of_motion=False)
+        )
     return [
         "## Who moves, and on what road",
         "",
@@ -52,16 +56,35 @@ def classifiers(found: ClassifierAccuracy) -> list[str]:
         f" “stands” would be right in {share(stand / max(same.cases, 1))} % of the objects"
         " with an earlier frame. The thesis' figures are of its own real crops.",
         "",
-        *markdown_table(["what", "cases", "right, %", "thesis, %"], rows),
-    ]
+        *markdown_table(
+            ["what", "cases", "right, %", "moving called standing, %",
+             "standing called moving, %", "thesis, right, %"],
+            rows,
+        ),
+    ]  # fmt: skip
 
 
-def _row(words: str, found: Accuracy, thesis: float | None = None) -> list[str]:
+def _row(
+    words: str, found: Accuracy, thesis: float | None = None, *, of_motion: bool = True
+) -> list[str]:
     percent = None if found.accuracy is None else 100 * found.accuracy
     bounds = None if found.interval is None else [100 * bound for bound in found.interval]
     return [
         words,
         str(found.cases),
         interval(percent, bounds),
+        *(_errors(found.confusion) if of_motion else ("", "")),
         "" if thesis is None else f"{100 * thesis:.2f}",
     ]
+
+
+def _errors(confusion: Mapping[str, int]) -> tuple[str, str]:
+    """Shares of what moves and is called standing, and the other way round, with their counts."""
+    moves, stands = (
+        (confusion[f"{truth}_said_no"], confusion[f"{truth}_said_yes"]) for truth in ("yes", "no")
+    )
+    return _share_of(moves[0], sum(moves)), _share_of(stands[1], sum(stands))
+
+
+def _share_of(wrong: int, of: int) -> str:
+    return f"{share(wrong / of)} ({wrong} of {of})" if of else UNKNOWN

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
+from studies.perception.page_frames import frames_in_words
 from studies.perception.training_history import (
     RealScoring,
     Scoring,
@@ -23,6 +25,11 @@ _LEADING = {
     "accuracy": "accuracy",
 }
 """The metric that leads in a card."""
+_STEPS = re.compile(
+    r"(?P<numbers>\w+): a step took (?P<float32>[\d.]+) s in float32,"
+    r" (?P<bfloat16>[\d.]+) s in bfloat16"
+)
+"""What a card states of the numbers that a training calculated in."""
 
 
 def trainings(history: TrainingHistory) -> list[str]:
@@ -36,30 +43,34 @@ def trainings(history: TrainingHistory) -> list[str]:
                 [
                     f"`{network}`",
                     leg.date or UNKNOWN,
-                    "; ".join(leg.data) or UNKNOWN,
+                    frames_in_words(leg.learned) or UNKNOWN,
                     number(leg.images, 0),
                     number(seen, 0),
                     leg.hardware or UNKNOWN,
                     number(leg.minutes, 0),
                     number(leg.images_per_hour, 0),
-                    _validation(leg.validation),
+                    _metric(leg.metric),
+                    frames_in_words(leg.measured_on) or UNKNOWN,
                 ]
             )
     return [
         "## How the weights came about",
         "",
         "Each training of the weights in the package, from the cards that git's history holds: the"
-        " network's curve over all images that it has seen, and the computing that it took. Each"
-        " was validated on frames of its own, so that a step may be the frames'. A dash: weights"
-        " that no commit brought, of which the next card states the command and the steps alone.",
+        " images that the network has seen, the computing that it took, and the precision that its"
+        " card states, with the frames that it was measured on: those that its scores were"
+        " calibrated on, or else those that it was validated on. These differ between trainings, so"
+        " that a step may be the frames'. A dash: weights that no commit brought, of which the next"
+        " card states the command and the steps alone.",
         "",
         *markdown_table(
             ["network", "committed", "trained on", "images", "in all", "hardware", "minutes",
-             "images an hour", "validation"],
+             "images an hour", "precision", "measured on"],
             rows,
         ),
         "",
-        f"In all {_computing(history.trainings)}.",
+        f"In all {_computing(history.trainings)}. Trainings whose weights were not kept are no part"
+        f" of it, nor are rendering and calibrating.{_pace(history.trainings)}",
     ]  # fmt: skip
 
 
@@ -83,11 +94,11 @@ def every_scoring(scorings: Sequence[Scoring]) -> list[str]:
         "",
         "AP11 of cars in space, moderate, of every version of this page, with intervals over the"
         " frames of one seed. Frames of seed 2 are of the first edition of the world and all its"
-        " designs; all others are of designs that no network was trained on. How far the figures"
-        " of one network differ between seeds shows what 400 frames decide.",
+        " assets; all others are of judging assets. How far the figures of one network differ"
+        " between seeds shows what 400 frames decide.",
         "",
         *markdown_table(
-            ["date", "seed", "designs", "frames", "detector", "weights", "IoU 0.7", "IoU 0.5"],
+            ["date", "seed", "assets", "frames", "detector", "weights", "IoU 0.7", "IoU 0.5"],
             rows,
         ),
     ]
@@ -98,6 +109,8 @@ def real_then_and_now(scorings: Sequence[RealScoring]) -> list[str]:
     rows = []
     for network, found in _by_network(scorings).items():
         first, now = found[0], found[-1]
+        if first.sha256 == now.sha256:
+            continue  # There is nothing to compare with.
         rows.append(
             [
                 f"`{network}`",
@@ -112,7 +125,8 @@ def real_then_and_now(scorings: Sequence[RealScoring]) -> list[str]:
         "## Real frames, then and now",
         "",
         "Moderate cars found in the real frames at hand, by the first weights of which there is a"
-        " result and by those in the package, each from its own working point. So few cars decide"
+        " result and by those in the package, each from its own working point; networks whose"
+        " weights have not changed since their first result are left out. So few cars decide"
         " nothing: one more or less is one of these.",
         "",
         *markdown_table(
@@ -135,12 +149,33 @@ def _by_network(rows: Iterable[Row]) -> dict[str, list[Row]]:
     return found
 
 
-def _validation(metrics: Mapping[str, float]) -> str:
+def _metric(metrics: Mapping[str, float]) -> str:
     for name, value in metrics.items():
         # An accuracy is a share of 1, everything else is in percent.
         percent = 100 * value if name == "accuracy" else value
         return f"{_LEADING.get(name, name)} {number(percent, 1)}"
     return UNKNOWN
+
+
+def _pace(trainings: Sequence[Training]) -> str:
+    """How long a step took on a processor: at the begin, and on the average."""
+    rows = []
+    for leg in trainings:
+        begun = _STEPS.fullmatch(leg.arithmetic or "")
+        if leg.seconds_a_step is None or begun is None or "processor" not in (leg.hardware or ""):
+            continue
+        numbers = begun["numbers"]
+        rows.append(
+            f"`{leg.network}` {leg.date} ({number(leg.images_per_hour, 0)} images an hour)"
+            f" {leg.seconds_a_step:.1f} s on the average, and {float(begun[numbers]):.1f} s when it"
+            f" was measured at the start ({numbers})"
+        )
+    if not rows:
+        return ""
+    return (
+        f" On a processor, a step took, by the cards: {'; '.join(rows)}. What else ran on the"
+        " machine they do not state."
+    )
 
 
 def _computing(trainings: Sequence[Training]) -> str:

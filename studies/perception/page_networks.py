@@ -1,4 +1,4 @@
-"""Parts of detectors.md on training, real frames, disparity, time, driving, parity."""
+"""Parts of detectors.md on real frames, disparity, time, driving, parity."""
 
 from __future__ import annotations
 
@@ -10,23 +10,14 @@ from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.disparity_errors import ErrorRate
 from avsec_gym.metrics.estimate import Estimate
 from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, number
-from studies.perception.detector_precision import ScoredDetector
 from studies.perception.disparity_accuracy import MATCHING, DisparityAccuracy
 from studies.perception.real_frames import DetectorsInRealFrames, FrameCounts
-from studies.perception.single_sensor_precision import SingleSensorPrecision
-from studies.perception.weights_facts import SourceFacts
 
 _ESTIMATORS = {
     "psmnet_small": "PSMNet, small",
     "psmnet_medium": "PSMNet, medium",
     "sgbm_reduced": "SGBM at the small PSMNet's input size",
     "sgbm": "SGBM at the camera's size",
-}
-_VALIDATED = {
-    "Car_3d_ap11": "AP11 in space",
-    "Car_bev_ap11": "AP11 from above",
-    "Car_2d_ap11": "AP11 in the image",
-    "right_3px": "right to 3 px and 5 %",
 }
 
 
@@ -72,74 +63,6 @@ class RankedDetector:
     unplanned: int
     found: float
     """The share of the objects that are found."""
-
-
-def training(
-    detectors: Mapping[str, ScoredDetector],
-    single: SingleSensorPrecision | None,
-    disparity: DisparityAccuracy | None,
-    has_curves: bool,
-) -> list[str]:
-    """What the cards of the weights state, and the curves.
-
-    Args:
-        detectors: The results of `detector_precision`.
-        single: The results of `single_sensor_precision`.
-        disparity: The results of `disparity_accuracy`, whose network has a card, too.
-        has_curves: Whether there are curves of `training_curves`.
-    """
-    cards = {name: figures.weights for name, figures in detectors.items()}
-    if single:
-        cards |= {name: figures.weights for name, figures in single.detectors.items()}
-    cards["psmnet"] = disparity.weights if disparity else None
-    known = {name: card for name, card in cards.items() if card}
-    if not known:
-        return []
-    rows = [
-        [
-            f"`{name}`",
-            number(card.parameters, 0),
-            number(card.bytes / 1e6, 1),
-            _frames(card.data.training),
-            _frames(card.data.validation),
-            f"{_in_all([each.epochs for each in card.trainings])};"
-            f" {_in_all([each.steps for each in card.trainings])}",
-            number(card.seed, 0),
-            _validated(card.metrics),
-            f"`{card.sha256[:12]}`",
-        ]
-        for name, card in known.items()
-    ]
-    lines = [
-        "## Training",
-        "",
-        "By the cards beside the weights: of the best validation, or the last (`--keep last`)."
-        " Frames are those of the last training, epochs and steps those of all.",
-        "",
-        *markdown_table(
-            ["network", "parameters", "MB", "trained on", "validated on", "epochs; steps",
-             "seed", "validation", "sha256"],
-            rows,
-        ),
-        "",
-        "```",
-        *(each.command for card in known.values() for each in card.trainings if each.command),
-        "```",
-    ]  # fmt: skip
-    if has_curves:
-        lines += [
-            "",
-            "The numbers of the curves are in [detector_training.json](detector_training.json).",
-            "",
-            "![Loss and validation over steps](images/detector_training.png)",
-        ]
-    return lines
-
-
-def _in_all(counts: Sequence[float | None]) -> str:
-    """The sum over the trainings that made the weights, up to their best validations."""
-    known = [count for count in counts if count is not None]
-    return UNKNOWN if len(known) < len(counts) else number(sum(known), 0)
 
 
 def real(result: DetectorsInRealFrames) -> list[str]:
@@ -314,23 +237,6 @@ def parity(result: Mapping[str, Mapping[str, float]]) -> list[str]:
             ],
         ),
     ]
-
-
-def _frames(sources: Sequence[SourceFacts]) -> str:
-    known = []
-    for source in sources:
-        known.append(f"{source.frames} frames of `{source.suite}`, seed {source.seed}")
-        if source.baseline:
-            known[-1] += f", {100 * source.baseline:.0f} cm between the cameras"
-    return "; ".join(known) or UNKNOWN
-
-
-def _validated(metrics: Mapping[str, float]) -> str:
-    """Of the metric that leads, which a card states first."""
-    for name, value in metrics.items():
-        if name in _VALIDATED:
-            return f"{_VALIDATED[name]} {value:.1f}"
-    return UNKNOWN
 
 
 def _points(difference: Estimate) -> str:

@@ -6,7 +6,7 @@ from avsec_gym.report.markdown_table import interval, markdown_table
 from studies.perception.detector_precision import DetectorPrecision
 from studies.perception.detector_scores import DistancePrecision, OcclusionPrecision
 from studies.perception.page_errors import metres
-from studies.perception.page_frames import designs
+from studies.perception.page_frames import assets_of
 
 _SPACES = ("in space, 0.7", "in space, 0.5", "from above, 0.7", "from above, 0.5")
 _HIDDEN = {0: "fully visible", 1: "partly hidden", 2: "largely hidden"}
@@ -77,14 +77,14 @@ def by_assets(scores: DetectorPrecision) -> list[str]:
         for name, figures in scores.detectors.items()
         for iou, part in (figures.parts or {}).items()
     ]
-    titles = [designs(data) for data in (scores.data, other)]
+    titles = [assets_of(data) for data in (scores.data, other)]
     return [
         "## By assets",
         "",
         f"AP11 of cars in space, moderate, on the {scores.data.frames} frames of this page and on"
         f" {other.frames} others (suite `{other.suite}`, seed {other.seed}). Intervals of a column"
-        " are over the scenes of its part: they hold for more scenes of these designs, and know"
-        " nothing of other designs. The difference has an interval of its own, over the scenes of"
+        " are over the scenes of its part: they hold for more scenes of these assets, and know"
+        " nothing of others. The difference has an interval of its own, over the scenes of"
         " both parts.",
         "",
         *markdown_table(["detector", "IoU", *titles, "difference"], rows),

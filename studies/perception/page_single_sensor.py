@@ -7,14 +7,20 @@ from collections.abc import Mapping, Sequence
 from avsec_gym.report.markdown_table import interval, markdown_table, number
 from studies.perception.detection_errors import LEVEL
 from studies.perception.detector_scores import Interval
-from studies.perception.page_frames import designs, world_make
+from studies.perception.page_frames import assets_of, held_out, world_make
 from studies.perception.single_sensor_precision import ScoredSensor, SingleSensorPrecision
+from studies.perception.training_history import Training
 
 _WHERE = {"2d": "in the image", "bev": "from above", "3d": "in space"}
 
 
-def single_sensor(result: SingleSensorPrecision) -> list[str]:
-    """The section of `single_sensor_precision`."""
+def single_sensor(result: SingleSensorPrecision, known: Sequence[Training] = ()) -> list[str]:
+    """The section of `single_sensor_precision`.
+
+    Args:
+        result: Its result.
+        known: Trainings of the networks, as far as they are known.
+    """
     data, rows = result.data, []
     for name, figures in result.detectors.items():
         precision = figures.average_precision
@@ -32,18 +38,19 @@ def single_sensor(result: SingleSensorPrecision) -> list[str]:
     ious = next(iter(result.detectors.values())).average_precision
     titles = [f"{points}, IoU {iou}" for iou in ious for points in ("AP11", "AP40")]
     threads = {figures.seconds.threads for figures in result.detectors.values()}
+    cards = {name: figures.weights for name, figures in result.detectors.items()}
     made, whose = [], ""
     if data.suite is not None:
         whose = (
-            f" of the procedural world (suite `{data.suite}`, seed {data.seed}, {designs(data)})"
+            f" of the procedural world (suite `{data.suite}`, seed {data.seed}, {assets_of(data)})"
         )
         made = [f"{world_make(data)} --out DIR"]
     return [
         "## Of one sensor",
         "",
         "The detectors that chapter 3 compares between sensors, on"
-        f" {data.frames} held-out frames with scans{whose}, {data.cars.moderate} moderate"
-        " cars in them: average precision of cars, moderate, with 95 %"
+        f" {data.frames} frames with scans{whose}, {data.cars.moderate} moderate cars in them."
+        f" {held_out(data, cards, known)} Average precision of cars, moderate, with 95 %"
         f" bootstrap intervals over frames ({result.resamples} draws), in what the sensor lets"
         " them tell: PIXOR knows no heights, an image no places. Seconds a frame on"
         f" {' or '.join(map(str, sorted(threads)))} threads. Numbers in"

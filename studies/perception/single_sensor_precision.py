@@ -36,6 +36,7 @@ from studies.perception.kept_detections import (
     FrameTime,
     LabelledData,
     add_options,
+    check_judging_assets,
     described,
     detected,
     labelled_frames,
@@ -106,10 +107,13 @@ def run(options: argparse.Namespace) -> SingleSensorPrecision:
     """Detect and score.
 
     Raises:
-        ConfigurationError: A detector is none of `NETWORKS`, or an option makes no sense.
+        ConfigurationError: A detector is none of `NETWORKS`, an option makes no sense, or frames
+            are not of judging assets.
         DataError: The folder has no frames, a file is broken, or there are no weights.
     """
     data, ids, truth = labelled_frames(options, NEEDED, _MAKE)
+    frames = described(data, truth)
+    check_judging_assets(frames, options)
     result = {}
     for text in options.detectors:
         name, _, file = text.partition("=")
@@ -136,7 +140,7 @@ def run(options: argparse.Namespace) -> SingleSensorPrecision:
             if options.real is not None and point is not None
             else None,
         )
-    return SingleSensorPrecision(described(data, truth), options.resamples, result)
+    return SingleSensorPrecision(frames, options.resamples, result)
 
 
 def in_real_frames(

@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,22 +45,48 @@ _BATCH = re.compile(r"--batch (\d+)")
 
 
 @dataclass(frozen=True)
+class SeenFrames:
+    """Frames that a training had, as its card names them; None where the card does not."""
+
+    suite: str | None
+    seed: int | None
+    assets: str | None
+    """The part of the assets; None of a suite: the world's first edition, which had no parts."""
+    fingerprint: str | None
+    """Fingerprint of the sources of the world."""
+    frames: int | None
+
+
+@dataclass(frozen=True)
 class Training:
     """One of the trainings that made a network's weights."""
 
     network: str
     date: str | None
-    """The day of the commit that brought its weights; None where none did."""
+    """The day of the first commit that has its weights; None where none has."""
     sha256: str | None
     images: int | None
     """Images it saw, each as often as it was seen."""
     minutes: float | None
     images_per_hour: float | None
+    seconds_a_step: float | None
+    """The mean of all steps."""
+    arithmetic: str | None
+    """Numbers that it calculated in, and what a step took in each at its start."""
     hardware: str | None
-    validation: Mapping[str, float]
-    """The metric that leads, of the frames that it was validated on."""
-    data: Sequence[str]
-    """What it was trained on, such as ``840 frames of mixed, seed 7308``; empty: not recorded."""
+    metric: Mapping[str, float]
+    """The metric that leads, on the frames of `measured_on`."""
+    learned: Sequence[SeenFrames]
+    """What it was trained on; empty: not recorded."""
+    validated: Sequence[SeenFrames]
+    """What it was validated on while it ran."""
+    calibrated: Sequence[SeenFrames]
+    """Frames on which `avsec weights calibrate` fitted its scores and measured it anew."""
+
+    @property
+    def measured_on(self) -> Sequence[SeenFrames]:
+        """The frames of the card's metric."""
+        return self.calibrated or self.validated
 
 
 @dataclass(frozen=True)
@@ -105,6 +131,8 @@ class KeptFile(NamedTuple):
 
     date: str
     content: Mapping[str, Any]
+    second: int = 0
+    """The time of the commit, seconds since 1970: several commits may be of one day."""
 
 
 def run(options: argparse.Namespace) -> TrainingHistory:
@@ -132,23 +160,30 @@ def trainings_of(network: str, cards: Sequence[KeptFile]) -> list[Training]:
     """
     if not cards:
         return []
+    # The first commit brought the weights; the last card of them knows most.
     of_weights = {kept.content["sha256"]: kept for kept in cards}
+    dates = {kept.content["sha256"]: kept.date for kept in reversed(cards)}
     last = cards[-1].content
     rows = []
     for step in [*last.get("before", ()), last]:
-        kept = of_weights.get(step.get("sha256"))
-        card = {} if kept is None else kept.content
+        sha256 = step.get("sha256")
+        card = of_weights[sha256].content if sha256 in of_weights else {}
+        learned, validated, calibrated = _seen(card.get("data", {}))
         rows.append(
             Training(
                 network,
-                None if kept is None else kept.date,
-                step.get("sha256"),
+                dates.get(sha256),
+                sha256,
                 _images(step, card),
                 card.get("minutes", step.get("minutes")),
                 card.get("images_per_hour"),
+                _seconds_a_step(card),
+                card.get("arithmetic"),
                 card.get("hardware"),
                 dict(list(card.get("metrics", {}).items())[:1]),
-                [_in_words(source) for source in card.get("data", {}).get("training", ())],
+                learned,
+                validated,
+                calibrated,
             )
         )
     return rows
@@ -164,7 +199,8 @@ def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
     for kept in results:
         data = kept.content["data"]
         for network, found in kept.content["detectors"].items():
-            key = data["fingerprint"], found["weights"]["sha256"]
+            sha256 = found["weights"]["sha256"]
+            key = data["fingerprint"], data["seed"], sha256
             if key in seen:
                 continue
             seen.add(key)
@@ -175,7 +211,7 @@ def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
                 data.get("assets") or "all",
                 data["frames"],
                 network,
-                key[1],
+                sha256,
                 precision["0.7"]["ap11"][1],
                 precision["0.5"]["ap11"][1],
                 precision["0.7"]["ap11_interval"][1],
@@ -185,15 +221,15 @@ def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
 def real_of_stereo(
     results: Iterator[KeptFile], precisions: Sequence[KeptFile]
 ) -> Iterator[RealScoring]:
-    """What stereo detectors found in real frames.
+    """What stereo detectors found in real frames, by the last result of each weights.
 
     Args:
         results: Versions of the result of `real_frames`.
-        precisions: Versions of that of `detector_precision`, which name the weights of the day.
+        precisions: Versions of that of `detector_precision`, which name the weights of the time.
     """
-    seen = set()
+    rows: dict[tuple[str, str], RealScoring] = {}
     for kept in results:
-        before = [each for each in precisions if each.date <= kept.date]
+        before = [each for each in precisions if each.second <= kept.second]
         for network, found in kept.content["detectors"].items():
             weights = [
                 each.content["detectors"][network]["weights"]["sha256"]
@@ -202,27 +238,34 @@ def real_of_stereo(
             ]
             counts = list(found["frames"].values())
             numbers = [sum(frame[key] for frame in counts) for key in _COUNTS]
-            if weights and (network, weights[-1]) not in seen:
-                seen.add((network, weights[-1]))
-                yield RealScoring(kept.date, network, weights[-1], len(counts), *numbers)
+            if weights:
+                _keep(rows, RealScoring(kept.date, network, weights[-1], len(counts), *numbers))
+    yield from rows.values()
 
 
 def real_of_one_sensor(results: Iterator[KeptFile]) -> Iterator[RealScoring]:
-    """What detectors of one sensor found in real frames.
+    """What detectors of one sensor found in real frames, by the last result of each weights.
 
     Args:
         results: Versions of the result of `single_sensor_precision`.
     """
-    seen = set()
+    rows: dict[tuple[str, str], RealScoring] = {}
     for kept in results:
         for network, found in kept.content["detectors"].items():
             sha256, real = found["weights"]["sha256"], found.get("real")
-            if real and (network, sha256) not in seen:
-                seen.add((network, sha256))
+            if real:
                 # Once a number, then their names.
                 frames = real["frames"] if isinstance(real["frames"], int) else len(real["frames"])
                 numbers = [real[key] for key in _COUNTS]
-                yield RealScoring(kept.date, network, sha256, frames, *numbers)
+                _keep(rows, RealScoring(kept.date, network, sha256, frames, *numbers))
+    yield from rows.values()
+
+
+def _keep(rows: dict[tuple[str, str], RealScoring], found: RealScoring) -> None:
+    """Let a later result of the same weights take the place of an earlier one, if it differs."""
+    key = found.network, found.sha256
+    if key not in rows or replace(found, date=rows[key].date) != rows[key]:
+        rows[key] = found
 
 
 _COUNTS = ("found", "missed", "false_alarms")
@@ -238,11 +281,34 @@ def _images(step: Mapping[str, Any], card: Mapping[str, Any]) -> int | None:
     return int(step["steps"]) * (int(given[1]) if given else _USUAL_BATCH)
 
 
-def _in_words(source: Mapping[str, Any] | str) -> str:
-    if isinstance(source, str):
-        return source
+def _seconds_a_step(card: Mapping[str, Any]) -> float | None:
+    """The mean of the steps of a card."""
+    seconds, steps = card.get("compute_seconds"), card.get("steps")
+    return round(seconds / steps, 3) if seconds and steps else None
+
+
+def _seen(data: Mapping[str, Any]) -> tuple[list[SeenFrames], list[SeenFrames], list[SeenFrames]]:
+    """What a card's data were learned from, validated on, and calibrated on."""
+    if "sources" in data:
+        # A classifier holds out scenes of the same sources.
+        both = [_frames(source) for source in data["sources"]]
+        return both, both, []
+    learned, validated, calibrated = (
+        [_frames(source) for source in data.get(part, ())]
+        for part in ("training", "validation", "calibration")
+    )
+    return learned, validated, calibrated
+
+
+def _frames(source: Mapping[str, Any]) -> SeenFrames:
     settings = source.get("settings") or {}
-    return f"{source.get('frames')} frames of {settings.get('suite')}, seed {settings.get('seed')}"
+    return SeenFrames(
+        suite=settings.get("suite"),
+        seed=settings.get("seed"),
+        assets=settings.get("assets"),
+        fingerprint=source.get("fingerprint"),
+        frames=source.get("frames"),
+    )
 
 
 def _cards(name: str) -> list[KeptFile]:
@@ -255,12 +321,12 @@ def _results(name: str) -> Iterator[KeptFile]:
 
 def _versions(paths: Sequence[str]) -> Iterator[KeptFile]:
     """A file as each commit left it, the oldest first."""
-    log = _git("log", "--reverse", "--format=%H %cs", "--", *paths)
+    log = _git("log", "--reverse", "--format=%H %cs %ct", "--", *paths)
     for line in log.splitlines():
-        commit, date = line.split()
+        commit, date, second = line.split()
         for path in paths:
             if text := _git("show", f"{commit}:{path}", may_fail=True):
-                yield KeptFile(date, json.loads(text))
+                yield KeptFile(date, json.loads(text), int(second))
                 break
 
 

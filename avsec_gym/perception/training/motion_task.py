@@ -27,7 +27,7 @@ from avsec_gym.perception.training.motion_samples import (
 )
 from avsec_gym.perception.training.scene_frames import split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.world.export import default_suite
+from avsec_gym.perception.training.training_assets import training_suite
 
 _ALONE, _LATEST = 0.2, 0.25
 """Shares of samples that are learned without a neighbour, and with the latest one."""
@@ -186,7 +186,7 @@ def motion_task(options: TaskOptions) -> MotionTask:
     torch.manual_seed(options.seed)
     classifier = MovingObjectClassifier(options.preset, weights=None)
     options.begin(classifier.network)
-    split = split_by_scene(options.data or (default_suite("raw"),), options.validation)
+    split = split_by_scene(options.data or (training_suite("raw"),), options.validation)
     training, validation = (
         prepare_motion_samples(
             frames, classifier.configuration, options.cache, on_progress=options.on_progress

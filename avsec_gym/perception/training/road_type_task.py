@@ -17,8 +17,8 @@ from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.crop_variation import relit_alike, shifted
 from avsec_gym.perception.training.scene_frames import SceneFrame, split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions
+from avsec_gym.perception.training.training_assets import training_suite
 from avsec_gym.progress import Progress
-from avsec_gym.world.export import default_suite
 
 _MARGIN = 8
 _VALIDATION_BATCH = 32
@@ -145,7 +145,7 @@ def road_type_task(options: TaskOptions) -> RoadTypeTask:
     torch.manual_seed(options.seed)
     selector = DrivingConstraintSelector(options.preset, weights=None)
     options.begin(selector.network)
-    split = split_by_scene(options.data or (default_suite("mixed"),), options.validation)
+    split = split_by_scene(options.data or (training_suite("mixed"),), options.validation)
     size = selector.configuration.input_size
     larger = (size[0] + 2 * _MARGIN, size[1] + 2 * _MARGIN)
     training = _read(split.training, larger, options.on_progress)

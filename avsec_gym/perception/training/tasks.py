@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.task import Task
+from avsec_gym.perception.training.training_assets import remark_on_assets
 from avsec_gym.progress import Progress
 
 if TYPE_CHECKING:
@@ -42,14 +43,15 @@ class TaskOptions:
 
     Args:
         preset: The preset of the network's configuration.
-        data: Folders in KITTI's object layout; the default suites if there are none.
+        data: Folders in KITTI's object layout; small suites of training assets if there are none.
         validation: Folders to validate on; the splits ``val`` of `data` if there are none.
         cache: Folder for what is computed once from the data.
         start: Weights to begin with, as `save_weights` writes them; random ones if None.
         augmentation: The augmentation of training samples.
         seed: The seed of random weights.
         on_progress: Function that gets frames prepared and frames in all.
-        on_report: Function that gets what a user should know, such as which weights did not fit.
+        on_report: Function that gets what a user should know, such as which weights did not fit, or
+            which data are of assets that detectors are judged on.
     """
 
     preset: str
@@ -94,6 +96,9 @@ def make_task(name: str, options: TaskOptions) -> Task[Any]:
         raise ConfigurationError(
             f"nothing named {name!r} can be trained; known: {', '.join(TASKS)}"
         )
+    remark = remark_on_assets((*options.data, *options.validation))
+    if remark is not None and options.on_report is not None:
+        options.on_report(remark)
     module, function = _TASKS[name].split(":")
     task: Task[Any] = getattr(import_module(module), function)(options)
     return task

@@ -11,14 +11,18 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.perception.training.labelled_frames import DataFrames
+from avsec_gym.perception.training.training_assets import training_suite
 from avsec_gym.storage.regular_files import is_folder
-from avsec_gym.world.export import default_suite, read_manifest
+from avsec_gym.world.export import read_manifest
 
 NEEDED = ("image_2", "image_3", "label_2", "calib")
 """Folders in which a frame must have a file."""
 
-_DEFAULT_SUITES = ("street", "highway", "mixed")
-_REMEDY = "`avsec world make --suite mixed --frames 2000 --out {root}` makes data to train on."
+_SUITES = ("street", "highway", "mixed")
+_REMEDY = (
+    "`avsec world make --suite mixed --assets train --frames 2000 --out {root}` makes data to train"
+    " on."
+)
 
 
 @dataclass(frozen=True)
@@ -51,8 +55,7 @@ def training_data(
 
     Args:
         roots: The folders, each with ``ImageSets/train.txt`` and, without `validation`,
-            ``val.txt``; the default suites of the procedural world, made on first use, if there are
-            none.
+            ``val.txt``; small suites of training assets, made on first use, if there are none.
         validation: Folders all of whose frames are validated on; all frames of `roots` are
             then learned from.
         needed: Folders in which a frame must have a file.
@@ -61,12 +64,12 @@ def training_data(
         DataError: A folder or a split is not there, or has no such frame; the command that
             makes it is named.
     """
-    # Before the default suites are made, or many frames listed.
+    # Before suites are made, or many frames listed.
     for root in map(Path, (*roots, *validation)):
         if not is_folder(root):
             remedy = _REMEDY.format(root=root)
             raise DataError("There is no such folder.", path=root, remedy=remedy)
-    folders = [Path(root) for root in roots] or [default_suite(name) for name in _DEFAULT_SUITES]
+    folders = [Path(root) for root in roots] or [training_suite(name) for name in _SUITES]
     if validation:
         return TrainingData(
             tuple(_frames(root, None, needed) for root in folders),

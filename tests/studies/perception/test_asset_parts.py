@@ -96,6 +96,21 @@ def test_the_study_compares_parts(tmp_path: Path, caplog: pytest.LogCaptureFixtu
     assert (parts["difference"], parts["paired"]) == (0.0, True)
     text = page(DetectorResults(row_of(DetectorPrecision, result)))
     assert "## By assets" in text
-    assert "designs that no network was trained on | the designs that networks" in text
+    assert "| judging assets | training assets | difference |" in text
     assert run(tmp_path, "judge")[0] == 1
     assert "both of the assets 'judge'" in caplog.text
+
+
+def test_frames_that_networks_learn_from_are_judged_only_if_that_is_meant(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    write_frames(tmp_path / "train", "train")
+    given = [
+        "--kitti", tmp_path / "train", "--json", tmp_path / "result.json", "--out",
+        tmp_path / "found", "--resamples", 0, "--timed", 1, "--detectors", "oracle",
+    ]  # fmt: skip
+    words = list(map(str, given))
+    assert main(words) == 1
+    assert "are of the assets 'train', which networks learn from" in caplog.text
+    assert not (tmp_path / "found").exists()
+    assert main([*words, "--any-assets"]) == 0

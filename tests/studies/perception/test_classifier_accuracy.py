@@ -51,6 +51,17 @@ def test_the_page_states_what_the_intervals_know() -> None:
     assert "widened by what the objects of one scene share" in later
 
 
+def test_the_page_tells_both_kinds_of_errors_apart() -> None:
+    stored = row_of(ClassifierAccuracy, json.loads((STORED / "classifiers.json").read_text()))
+    assert stored.motion.world is not None
+    confusion = stored.motion.world.accuracy.single_crop_of_the_same.confusion
+    missed, moves = confusion["yes_said_no"], confusion["yes_said_no"] + confusion["yes_said_yes"]
+    rows = [row.split(" | ") for row in classifiers(stored)]
+    (row,) = [row for row in rows if row[0].startswith("| moves, by the single crop")]
+    assert row[3] == f"{100 * missed / moves:.1f} ({missed} of {moves})"
+    assert row[4].startswith(f"{100 * confusion['no_said_yes'] / (int(row[1]) - moves):.1f} (")
+
+
 def test_nothing_to_judge_is_an_error() -> None:
     assert main([]) == 1
     assert main(["--kitti", "somewhere"]) == 1

@@ -80,7 +80,7 @@ def test_each_is_scored_in_what_its_sensor_shows(kitti: Path, tmp_path: Path) ->
     data = replace(read.data, suite="mixed", seed=7, assets="judge", frames=20)
     text = "\n".join(single_sensor(replace(read, data=data)))
     assert "avsec world make --suite mixed --frames 20 --seed 7 --assets judge --out DIR" in text
-    assert "seed 7, designs that no network was trained on)" in text
+    assert "seed 7, judging assets)" in text
 
 
 class Knows:

@@ -11,6 +11,7 @@ import pytest
 from avsec_gym.experiments.json_rows import as_json, row_of
 from avsec_gym.storage.json_files import read_json
 from studies.perception import training_history
+from studies.perception.page_frames import frames_in_words
 from studies.perception.page_history import every_scoring, real_then_and_now, trainings
 from studies.perception.training_history import (
     KeptFile,
@@ -51,17 +52,19 @@ def test_trainings_are_those_of_the_last_card_with_what_earlier_ones_state() -> 
     assert [(row.date, row.images, row.hardware) for row in rows] == [
         ("day 1", 8, "a machine"),
         (None, 20, None),
-        ("day 4", 99, "a machine"),
+        ("day 3", 99, "a machine"),
     ]
-    assert [dict(row.validation) for row in rows] == [
+    assert [dict(row.metric) for row in rows] == [
         {"Car_3d_ap11": 10.0},
         {},
         {"Car_3d_ap11": 44.0},
     ]
-    assert rows[0].data == ["7 frames of mixed, seed 3"]
+    assert frames_in_words(rows[0].learned) == "7 frames of `mixed`, seed 3"
     assert trainings_of("dsgn", []) == []
     text = "\n".join(trainings(TrainingHistory(rows, [], [])))
-    assert "| `dsgn` | day 4 | 7 frames of mixed, seed 3 | 99 | 127 | a machine | 2 | 11 |" in text
+    assert (
+        "| `dsgn` | day 3 | 7 frames of `mixed`, seed 3 | 99 | 127 | a machine | 2 | 11 |" in text
+    )
     assert "In all 0.1 hours on a machine" in text
 
 
@@ -109,21 +112,65 @@ def test_real_frames_are_compared_between_the_first_and_the_present_weights() ->
         )
     )
     assert [(row.date, row.found, row.frames) for row in one] == [("1", 8, 13), ("3", 6, 13)]
-    counts = {"found": 1, "missed": 2, "false_alarms": 0}
-    stereo = {"detectors": {"dsgn": {"frames": {"000001": counts, "000002": counts}}}}
+    assert "| `yolo` | 13 | 8 of 12 (1) | 2 | 6 of 12 (3) | 2 | fewer |" in real_then_and_now(one)
+
+
+def test_real_results_are_those_of_the_weights_of_their_time() -> None:
+    def stereo(found: int) -> dict[str, Any]:
+        counts = {"found": found, "missed": 2, "false_alarms": 0}
+        return {"detectors": {"dsgn": {"frames": {"000001": counts, "000002": counts}}}}
+
+    # Both weights are of one day; the later result of "b" differs, that of "a" does not.
     two = list(
         real_of_stereo(
-            iter([KeptFile("2", stereo), KeptFile("4", stereo)]),
-            [KeptFile("1", result(5, "a", 1.0)), KeptFile("3", result(5, "b", 1.0))],
+            iter(
+                [
+                    KeptFile("day 1", stereo(1), 2),
+                    KeptFile("day 1", stereo(1), 3),
+                    KeptFile("day 1", stereo(2), 5),
+                    KeptFile("day 2", stereo(3), 6),
+                ]
+            ),
+            [
+                KeptFile("day 1", result(5, "a", 1.0), 1),
+                KeptFile("day 1", result(5, "b", 1.0), 4),
+            ],
         )
     )
     assert two == [
-        RealScoring("2", "dsgn", "a", 2, 2, 4, 0),
-        RealScoring("4", "dsgn", "b", 2, 2, 4, 0),
+        RealScoring("day 1", "dsgn", "a", 2, 2, 4, 0),
+        RealScoring("day 2", "dsgn", "b", 2, 6, 4, 0),
     ]
-    text = real_then_and_now([*one, *two])
-    assert "| `yolo` | 13 | 8 of 12 (1) | 2 | 6 of 12 (3) | 2 | fewer |" in text
-    assert "| `dsgn` | 2 | 2 of 6 (2) | 0 | 2 of 6 (4) | 0 | as many |" in text
+    text = real_then_and_now(two)
+    assert "| `dsgn` | 2 | 2 of 6 (day 1) | 0 | 6 of 10 (day 2) | 0 | more |" in text
+    assert "`dsgn`" not in "\n".join(real_then_and_now(two[1:])), "weights beside themselves"
+
+
+def test_a_card_names_the_frames_that_its_metric_is_of() -> None:
+    other = {"frames": 9, "settings": {"suite": "mixed", "seed": 4, "assets": "train"}}
+    data = {"training": [SOURCE], "validation": [SOURCE], "calibration": [other]}
+    (row,) = trainings_of("dsgn", [KeptFile("1", card("a", 1, data=data))])
+    assert frames_in_words(row.measured_on) == "9 frames of `mixed`, seed 4"
+    (row,) = trainings_of("dsgn", [KeptFile("1", card("a", 1, data={"validation": [SOURCE]}))])
+    assert frames_in_words(row.measured_on) == "7 frames of `mixed`, seed 3"
+    # A classifier holds out scenes of its sources.
+    (row,) = trainings_of("motion", [KeptFile("1", card("a", 1, data={"sources": [other]}))])
+    assert row.learned == row.measured_on == row.validated
+    assert row.learned[0].assets == "train"
+
+
+def test_slow_trainings_are_explained_by_their_cards() -> None:
+    arithmetic = "float32: a step took 2.267 s in float32, 4.598 s in bfloat16"
+    slow = card(
+        "a", 10, compute_seconds=43.2, arithmetic=arithmetic, images_per_hour=1665.0,
+        hardware="x86_64 processor, 1 thread",
+    )  # fmt: skip
+    rows = trainings_of("stereo_rcnn", [KeptFile("1", slow)])
+    text = "\n".join(trainings(TrainingHistory(rows, [], [])))
+    assert (
+        "`stereo_rcnn` 1 (1,665 images an hour) 4.3 s on the average, and 2.3 s when it was"
+        " measured at the start (float32)"
+    ) in text
 
 
 def test_versions_of_a_file_come_from_git(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
