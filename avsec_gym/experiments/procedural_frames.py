@@ -42,8 +42,9 @@ def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
 def procedural_frames(count: int | None = None, seed: int = 0, *, contested: bool = False) -> Path:
     """Stereo pairs of streets and highways in KITTI's object layout, with labels, without LiDAR.
 
-    All that is shown is made of judging assets, which none of the package's networks was trained
-    on: what is measured on these frames is measured on cars, houses and textures that are new.
+    All that is shown is made of judging assets: cars that none of the package's networks was
+    trained on.  Houses, plants and textures are new as well to those that did not begin on the
+    world's first edition, which was not divided.
 
     Made in the user's cache on first use, by two processes, while the log states how long it takes,
     and kept there; looked at, and made anew if a file is damaged, whenever they are asked for.
