@@ -29,6 +29,7 @@ from avsec_gym.metrics.working_point import (
 )
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.pipeline import Pipeline
 from studies.answer import answer
 from studies.perception.detection_errors import CATEGORY
 from studies.perception.detector_scores import Precision, precision
@@ -71,14 +72,18 @@ NETWORKS = {
     "yolo": ScoredNetwork(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
 }
 """PIXOR finds no height, and a single image no place in space."""
+DRIVING_SCORE = Pipeline.score_threshold
+"""The least score of boxes that a car plans with, unless it is told another."""
 
 
 @dataclass(frozen=True)
 class RealFrames:
-    """Cars of real frames, found from the working point's score on."""
+    """Cars of real frames, found from the working point's score on, and as cars are driven."""
 
     frames: list[str]
     counts: Counts = field(metadata=FLAT)
+    driving: Counts | None = field(default=None, metadata=OPTIONAL)
+    """From `DRIVING_SCORE` on, which hangs on no other frames."""
 
 
 @dataclass(frozen=True)
@@ -162,8 +167,12 @@ def in_real_frames(
     if not ids:
         raise DataError(f"No frame has labels, calib and {network.folder}.", path=root)
     truth = [data.labels(id, keep_dont_care=True) for id in ids]
-    found = [above(detector.detect(data.frame(id)), least_score) for id in ids]
-    return RealFrames(ids, counted(truth, found, network.seen))
+    found = [detector.detect(data.frame(id)) for id in ids]
+    counts, driving = (
+        counted(truth, [above(boxes, least) for boxes in found], network.seen)
+        for least in (least_score, DRIVING_SCORE)
+    )
+    return RealFrames(ids, counts, driving)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
