@@ -27,10 +27,10 @@ class EmptyDetector:
 gym.register_envs(avsec_gym)
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--detectors", nargs="*", default=["oracle", "dsgn", "stereo_rcnn"])
-parser.add_argument("--scenarios", default="mixed", help="a suite or a KITTI folder")
+unseen = {"source": "mixed", "assets": "judge"}
+parser.add_argument("--scenarios", default=unseen, help="a suite or a KITTI folder")
 parser.add_argument("--episodes", type=int, default=96)
-given = parser.parse_args()
-rates = {}
+given, rates = parser.parse_args(), {}
 for detector in [*given.detectors, EmptyDetector()]:
     env = Monitor(gym.make("avsec/DetectorBenchmark-v0", scenarios=given.scenarios))
     env.reset(seed=0)  # The same episodes for every detector.

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from avsec_gym.storage.text_files import read_text
 from studies.chapter4.methods_table import methods_table
+from studies.driving_safety.closed_loop_film import film_lines
+from studies.driving_safety.ego_motion import ego_motion_lines
 from studies.driving_safety.ghost_places_table import ghost_places_table
 from studies.generated_blocks import with_blocks
 from studies.reproduce.chapter3 import chapter3_rows
@@ -30,6 +32,7 @@ _CHAPTERS: dict[str, Callable[[], list[ThesisRow]]] = {
     "docs/reproduce_chapter5.md": chapter5_rows,
 }
 _TABLES: dict[str, dict[str, Callable[[], list[str]]]] = {
+    "docs/closed_loop.md": {"ego motion": ego_motion_lines, "film": film_lines},
     "docs/connected.md": {"methods": methods_table},
     "docs/environments.md": {"ghost places": ghost_places_table},
     "docs/layouts.md": {

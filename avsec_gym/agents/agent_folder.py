@@ -52,6 +52,9 @@ class AgentCard:
         versions: The versions of what made it.
         command: The command that made it.
         held_out: Episodes, success rate and interval in held-out scenes; empty: not judged yet.
+        networks: SHA-256 of the weights of each network that it was trained against, by part and
+            network; several where they changed between two sittings.  Empty: there was none, or
+            the card is of a version that did not record them.
     """
 
     env: str
@@ -67,6 +70,7 @@ class AgentCard:
     versions: dict[str, str] = field(default_factory=dict)
     command: str = ""
     held_out: dict[str, Any] = field(default_factory=dict)
+    networks: dict[str, list[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +109,9 @@ def shipped_agents() -> list[str]:
 def load_agent(place: str | Path) -> TrainedAgent:
     """An agent from its folder.
 
+    One that was trained against other weights of a network than its held-out environment has now
+    is logged.
+
     Args:
         place: A folder, or the name of a shipped agent.
 
@@ -112,6 +119,7 @@ def load_agent(place: str | Path) -> TrainedAgent:
         DataError: There is no agent, or a file of it is missing, damaged or of another agent, or
             holds arguments that the environment refuses.
     """
+    from avsec_gym.agents.environment_networks import environment_networks, report_other_weights
     from avsec_gym.agents.learner import make_policy, single
     from avsec_gym.perception.weights.state_dict import fit_state
     from avsec_gym.perception.weights.tensor_files import read_tensors
@@ -125,6 +133,8 @@ def load_agent(place: str | Path) -> TrainedAgent:
     try:
         environment = single(configuration.env, configuration.held_out_kwargs)
         policy = make_policy(configuration, environment)
+        # Networks are made for it: only if there is something to compare.
+        today = environment_networks(environment) if card.networks else {}
         environment.close()
     except AvsecError as error:
         raise DataError(
@@ -133,6 +143,7 @@ def load_agent(place: str | Path) -> TrainedAgent:
             remedy=_AGAIN,
         ) from error
     policy.load_state_dict(fit_state(state, policy, path))
+    report_other_weights(str(place), card.networks, today)
     return TrainedAgent(str(place), configuration, card, policy)
 
 

@@ -1,4 +1,7 @@
-"""`AimingPolicy`: looks at each object by the same small network, and aims at one of them."""
+"""`AimingPolicy`: looks at each object by the same small network, and aims at one of them.
+
+It reads the features of an observation, where an object is a row of numbers, and no pixel.
+"""
 
 from __future__ import annotations
 
@@ -77,6 +80,8 @@ class AimedAction(nn.Module):
 
 class AimingPolicy(ActorCriticPolicy):
     """The mean action is that of `AimedAction`; the value is learned from the whole observation.
+
+    Observations are features, also where the attack is one on images.
 
     Args:
         observation_space: The observation space of the game.

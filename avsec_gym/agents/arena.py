@@ -20,6 +20,8 @@ actions."""
 
 _MOST_AT_ONCE = 250
 _ENDLESS = 2**31
+_RATE = 10
+"""Steps of a drive in a second, by default."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +83,15 @@ class Arena:
         queries = self.arguments.get("queries")
         limit: int | None = self.environment.spec.max_episode_steps  # type: ignore[union-attr]
         return limit if queries is None else int(queries)
+
+    @property
+    def steps_of_an_episode(self) -> int:
+        """About the most steps of an episode: `longest_episode`, or those of a drive's duration."""
+        if self.longest_episode is not None:
+            return self.longest_episode
+        played: Any = self.environment.unwrapped
+        duration = getattr(getattr(played, "drive", played), "duration", None)
+        return 1 if duration is None else max(round(_RATE * duration), 1)
 
     @cached_property
     def _has_batches(self) -> bool:

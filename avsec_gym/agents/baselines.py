@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import torch
 
@@ -18,8 +18,18 @@ from avsec_gym.agents.search import (
     random_parameters,
 )
 
-SEARCHES = 4
-"""The searches of every environment: two of constants, two of the network's parameters."""
+RANDOM, RULES = "random actions", "rules"
+CONSTANTS = {"constant": False, "constant, by intention": True}
+"""The searches of a constant: whether each driving intention has its own."""
+NETWORKS = {
+    "random search of the network": random_parameters,
+    "CMA-ES of the network": evolved_parameters,
+}
+"""The searches of the agent's own network."""
+GROUPS = (RANDOM, *CONSTANTS, *NETWORKS, RULES)
+"""The baselines, in their order; the last group has as many as the environment has rules."""
+SEARCHES = len(CONSTANTS) + len(NETWORKS)
+"""The searches of every environment."""
 
 
 def number_of_baselines(env: str) -> int:
@@ -32,9 +42,16 @@ def number_of_baselines(env: str) -> int:
 
 
 def baselines_of(
-    agent: TrainedAgent, training: Arena, steps: int, seed: int, on_steps: Callable[[int], None]
+    agent: TrainedAgent,
+    training: Arena,
+    steps: int,
+    seed: int,
+    on_steps: Callable[[int], None] = lambda steps: None,
+    groups: Sequence[str] = GROUPS,
 ) -> Iterator[Baseline]:
     """The baselines that an agent is held against, each searched when it is asked for.
+
+    None depends on those before it, so that groups can be searched apart from each other.
 
     Args:
         agent: An agent, whose network is searched without its learning.
@@ -42,22 +59,21 @@ def baselines_of(
         steps: Environment steps that each search may take.
         seed: Seed of the searches.
         on_steps: Function that gets the steps of each trial.
+        groups: Some of `GROUPS`.
     """
     space = training.environment.action_space
-    yield Baseline.everywhere("random actions", random_actions(space, seed), 0)
-    for by_intention in (False, True):
-        budget = SearchBudget(training, steps, seed, on_steps, first_query=True)
-        act = best_constant(budget, space, by_intention=by_intention)
-        name = f"constant{', by intention' if by_intention else ''}"
-        yield Baseline.everywhere(name, act, budget.spent)
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
-        policy = make_policy(agent.configuration, training.environment)
-    for name, search in (
-        ("random search of the network", random_parameters),
-        ("CMA-ES of the network", evolved_parameters),
-    ):
-        budget = SearchBudget(training, steps, seed, on_steps)
-        act = search(budget, policy)
-        yield Baseline.everywhere(name, act, budget.spent)
-    yield from rules_of(agent.configuration.env, training, steps)
+    for group in groups:
+        if group == RANDOM:
+            yield Baseline.everywhere(group, random_actions(space, seed), 0)
+        elif group in CONSTANTS:
+            budget = SearchBudget(training, steps, seed, on_steps, first_query=True)
+            act = best_constant(budget, space, by_intention=CONSTANTS[group])
+            yield Baseline.everywhere(group, act, budget.spent)
+        elif group in NETWORKS:
+            with torch.random.fork_rng(devices=[]):
+                torch.manual_seed(seed)
+                policy = make_policy(agent.configuration, training.environment)
+            budget = SearchBudget(training, steps, seed, on_steps)
+            yield Baseline.everywhere(group, NETWORKS[group](budget, policy), budget.spent)
+        else:
+            yield from rules_of(agent.configuration.env, training, steps)

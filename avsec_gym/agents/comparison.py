@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.agents.agent_folder import TrainedAgent
-from avsec_gym.agents.arena import Act, Arena, Played
-from avsec_gym.agents.baselines import SEARCHES, baselines_of, number_of_baselines
+from avsec_gym.agents.arena import Arena
+from avsec_gym.agents.baselines import SEARCHES, number_of_baselines
 from avsec_gym.agents.compared_agent import (
     ComparedAgent,
     PooledTrainings,
     difference,
     improvement,
 )
-from avsec_gym.agents.search import choice_seeds
+from avsec_gym.agents.judged_episodes import JudgedEpisodes, act_of
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.paired_scores import PairedDifference
 from avsec_gym.progress import Progress, no_progress
@@ -91,7 +91,7 @@ class AgentComparison:
 def held_out_result(agent: TrainedAgent, episodes: int, seed: int) -> dict[str, Any]:
     """What an agent's card holds of the held-out episodes."""
     arena = Arena(agent.configuration.env, agent.configuration.held_out_kwargs)
-    played = arena.play(_of(agent), range(seed, seed + episodes))
+    played = arena.play(act_of(agent), range(seed, seed + episodes))
     arena.close()
     facts = ComparedAgent(agent.name, played, agent.card.steps).to_json()
     kept = ("episodes", "success_rate", "success_interval", "reward")
@@ -224,40 +224,22 @@ def _compared(
     """A comparison for each budget; scenes and what was computed of them are kept in between."""
     configuration = next(iter(agents_of.values()))[0].configuration
     env = configuration.env
-    held_out = Arena(env, configuration.held_out_kwargs)
-    training = Arena(env, configuration.env_kwargs)
-    longest = held_out.longest_episode or 1
+    judged = JudgedEpisodes.of(configuration, episodes, seed)
+    longest = judged.held_out.steps_of_an_episode
     # Each baseline plays as many training episodes as held-out ones.
     total = sum(
         SEARCHES * budget + (len(agents) + 2 * number_of_baselines(env)) * episodes * longest
         for budget, agents in agents_of.items()
     )
     meter = _Meter(total, on_progress)
-
-    def played_in(arena: Arena, act: Act, seeds: range) -> Played:
-        return arena.play(act, seeds, lambda ended: meter(ended * longest))
-
-    own, chosen = range(seed, seed + episodes), choice_seeds(seed, episodes)
     found = []
     for budget, agents in agents_of.items():
         # All play the same episodes, the agents first.
-        rows = [
-            ComparedAgent(agent.name, played_in(held_out, _of(agent), own), agent.card.steps)
-            for agent in agents
-        ]
+        rows = judged.of_agents(agents, meter)
         pools = pooled(agents, rows)
-        rows += [
-            ComparedAgent(
-                baseline.name,
-                played_in(held_out, baseline.act_in(held_out), own),
-                baseline.queries,
-                played_in(training, baseline.act_in(training), chosen),
-            )
-            for baseline in baselines_of(agents[0], training, budget, seed, meter)
-        ]
+        rows += judged.of_baselines(agents[0], budget, meter)
         found.append(AgentComparison(env, budget, rows, pools))
-    for arena in (held_out, training):
-        arena.close()
+    judged.close()
     return found
 
 
@@ -270,7 +252,3 @@ class _Meter:
     def __call__(self, steps: int) -> None:
         self._done = min(self._done + steps, self._total)
         self._shown(self._done, self._total)
-
-
-def _of(agent: TrainedAgent) -> Act:
-    return lambda seen, ways: agent.predict(seen)[0]

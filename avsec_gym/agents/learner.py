@@ -87,13 +87,31 @@ def make_policy(configuration: AgentConfiguration, environment: gym.Env[Any, Any
     if arguments.get("use_sde"):
         own["use_sde"] = True
     try:
-        policy = named(
-            environment.observation_space, environment.action_space, lambda _: 0.0, **own
-        )
+        seen = _channels_first(environment.observation_space)
+        policy = named(seen, environment.action_space, lambda _: 0.0, **own)
     except _UNFIT as error:
         raise _unfit(configuration, error) from error
     policy.set_training_mode(False)
     return policy
+
+
+def _channels_first(space: gym.Space[Any]) -> gym.Space[Any]:
+    """A space as stable-baselines3 trains in it: the colours of images are their first axis.
+
+    Its policies take images of either form when they predict.
+    """
+    from stable_baselines3.common.preprocessing import (
+        is_image_space,
+        is_image_space_channels_first,
+    )
+    from stable_baselines3.common.vec_env import VecTransposeImage
+
+    if isinstance(space, gym.spaces.Dict):
+        return gym.spaces.Dict({name: _channels_first(part) for name, part in space.items()})
+    if not isinstance(space, gym.spaces.Box) or not is_image_space(space):
+        return space
+    first = is_image_space_channels_first(space)
+    return space if first else VecTransposeImage.transpose_space(space)
 
 
 def has_batches(env: str, arguments: Mapping[str, Any]) -> bool:

@@ -11,13 +11,19 @@ import numpy as np
 from avsec_gym.agents.aimed_games import GAMES
 from avsec_gym.agents.arena import Act, Arena, Baseline
 from avsec_gym.agents.hiding_rules import DISTANCES, Rule, waits, when_it_plans
+from avsec_gym.agents.laser_rules import LaserRule, candidates, fits
 from avsec_gym.agents.search import SearchBudget
 
 _MOST_EPISODES = 1200
 """Training episodes that points are searched on, each of ten thousand: more would take hours."""
 
 
-NUMBER = {"avsec/GhostObject-v1": 6, "avsec/ClosedLoop-v0": 2, "avsec/ClosedLoopAttack-v0": 2}
+NUMBER = {
+    "avsec/GhostObject-v1": 6,
+    "avsec/ClosedLoop-v0": 2,
+    "avsec/ClosedLoopAttack-v0": 2,
+    "avsec/FaculaAttack-v0": 2,
+}
 """How many rules an environment has, where it has some."""
 
 
@@ -39,6 +45,10 @@ def rules_of(env: str, training: Arena, steps: int) -> Iterator[Baseline]:
         training.environment.observation_space, training.environment.action_space
     ):
         yield from _hiding_rules(training, steps)
+    if env == "avsec/FaculaAttack-v0" and fits(
+        training.environment.observation_space, training.environment.action_space
+    ):
+        yield from _laser_rules(training, steps)
 
 
 def _place_rules(training: Arena, steps: int) -> Iterator[tuple[str, Act, int]]:
@@ -70,13 +80,31 @@ def _hiding_rules(training: Arena, steps: int) -> Iterator[Baseline]:
         ("hides what is near and in the way", waits),
         ("hides it in the frames that the car plans from", when_it_plans),
     ):
-        budget = SearchBudget(training, steps, seed=0)
+        budget = SearchBudget(training, steps, seed=0, candidates=len(DISTANCES))
         earned: dict[float, float] = {}
         for distance in DISTANCES:
             if budget.leaves(1):
                 earned[distance] = budget.tried(_by_observations(rule(distance)))
         best = max(earned, key=lambda distance: earned[distance], default=DISTANCES[0])
         yield Baseline.everywhere(name, _by_observations(rule(best)), budget.spent)
+
+
+def _laser_rules(training: Arena, steps: int) -> Iterator[Baseline]:
+    """Full light on what is in the way, and the same with what earns most in training episodes."""
+    shape = training.environment.action_space.shape
+    assert shape is not None
+    queries, actions = training.steps_of_an_episode, shape[0]
+    largest = _by_observations(LaserRule(queries, actions))
+    yield Baseline.everywhere("the largest spot on what is in the way", largest, 0)
+    rules = candidates(queries, actions)
+    budget = SearchBudget(training, steps, seed=0, candidates=len(rules))
+    earned = {
+        rule: budget.tried(_by_observations(rule)) if budget.leaves(1) else -np.inf
+        for rule in rules
+    }
+    best = _by_observations(max(earned, key=lambda rule: earned[rule]))
+    name = "a spot on what is in the way, its size, height and camera chosen"
+    yield Baseline.everywhere(name, best, budget.spent)
 
 
 def _by_observations(rule: Rule) -> Act:

@@ -44,6 +44,7 @@ class SearchBudget:
         on_steps: Function that gets the steps of each trial.
         first_query: Whether candidates are tried at the first query of an episode alone: where the
             same action again has the same answer, the others would be wasted.
+        candidates: How many the steps should last for: the fewer, the more episodes for each.
     """
 
     arena: Arena
@@ -51,18 +52,18 @@ class SearchBudget:
     seed: int
     on_steps: Callable[[int], None] = lambda steps: None
     first_query: bool = False
+    candidates: int = 256
     spent: int = 0
     trials: int = field(init=False)
     dearest: int = field(init=False)
-    """Steps that a trial takes at most, where episodes have a limit; else what one took so far."""
+    """Steps that a trial takes at most, or took so far."""
 
     def __post_init__(self) -> None:
         limit = self.arena.longest_episode
         # Without a limit, an episode is a drive: an action goes on having effects.
         self.first_query &= limit is not None
-        longest = 1 if self.first_query else limit or 1
-        # Some hundred candidates at least.
-        self.trials = int(np.clip(self.steps // (256 * longest), 1, _TRIALS))
+        longest = 1 if self.first_query else self.arena.steps_of_an_episode
+        self.trials = int(np.clip(self.steps // (self.candidates * longest), 1, _TRIALS))
         self.dearest = self.trials * longest
 
     def leaves(self, candidates: int) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 
 from avsec_gym.agents.agent_folder import (
+    CARD,
     CONFIG,
     AgentCard,
+    read_agent_card,
     read_configuration,
     save_agent,
     write_configuration,
@@ -28,7 +30,12 @@ from avsec_gym.agents.checkpoint import (
     write_checkpoint,
 )
 from avsec_gym.agents.configuration import AgentConfiguration, naming_the_file
-from avsec_gym.agents.learner import make_learner
+from avsec_gym.agents.environment_networks import (
+    all_weights,
+    environment_networks,
+    report_other_weights,
+)
+from avsec_gym.agents.learner import make_learner, single
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.progress import Progress, no_progress
@@ -68,7 +75,8 @@ def train_agent(
     """Train, or go on training; the folder holds the agent then, finished or not.
 
     A training that is stopped in any way goes on from its last checkpoint, a minute old at most;
-    Ctrl-C leaves one of the rollout before.
+    Ctrl-C leaves one of the rollout before.  Where it goes on against other weights of a network,
+    that is logged, and the card has both.
 
     Args:
         configuration: How it learns.
@@ -90,6 +98,8 @@ def train_agent(
         begun = _check_folder(configuration, out, seed, sitting.resume)
         torch.set_num_threads(sitting.threads)
         with naming_the_file(configuration):
+            # Before the learner sets the seed: networks draw their first weights.
+            networks = _networks(configuration, out, begun)
             learner = make_learner(configuration, seed)
         before = read_checkpoint(out, learner) if begun else TrainingProgress()
         if not begun:
@@ -116,7 +126,8 @@ def train_agent(
             if not is_finite(learner):
                 raise _diverged(out, watch.progress)
         learner.env.close()
-        return save_agent(out, learner.policy, _card(configuration, seed, sitting, watch.progress))
+        card = _card(configuration, seed, sitting, watch.progress)
+        return save_agent(out, learner.policy, replace(card, networks=networks))
 
 
 class _Watch(BaseCallback):
@@ -213,6 +224,18 @@ def _check_folder(configuration: AgentConfiguration, out: Path, seed: int, resum
             remedy="Ask for the same one, or name another --out.",
         )
     return is_there(out / CHECKPOINT)
+
+
+def _networks(configuration: AgentConfiguration, out: Path, begun: bool) -> dict[str, list[str]]:
+    """The weights that the agent has been trained against after this sitting."""
+    environment = single(configuration.env, configuration.env_kwargs)
+    today = environment_networks(environment)
+    environment.close()
+    # A sitting that was stopped by Ctrl-C leaves no card.
+    there = begun and is_there(out / CARD)
+    before = read_agent_card(out).networks if there else {}
+    report_other_weights(str(out), before, today)
+    return all_weights(before, today)
 
 
 def _card(

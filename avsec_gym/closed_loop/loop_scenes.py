@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from avsec_gym.argument_checks import whole_number
+from avsec_gym.argument_checks import one_of, whole_number
 from avsec_gym.closed_loop.recorded.sources import EVERY, KITTI_RAW, KITTI_TRACKING
 from avsec_gym.closed_loop.traffic_scene import (
     TrafficScene,
@@ -24,6 +24,7 @@ from avsec_gym.scenario.scene_set import SceneSet
 from avsec_gym.scenario.scene_sets import KITTI_CONTESTED, LAYOUTS, MIXED_CONTESTED, scene_set
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.layouts import MOST_LAYOUTS
 
 DRIVES = "drives"
@@ -99,6 +100,7 @@ def loop_scenes(
     root: str | Path | None = None,
     every: float = EVERY,
     vehicles: int = 1,
+    assets: str = Assets.ALL,
 ) -> LoopScenes:
     """The scenes that a name or a folder stands for.
 
@@ -120,14 +122,20 @@ def loop_scenes(
         every: Seconds from the start of one window of a recording to the next.
         vehicles: The number of vehicles with sensors in procedural drives: the car, and those that
             share their scans with it.
+        assets: The part of the assets that procedural drives are made of, of
+            `avsec_gym.world.assets.Assets`: ``train``, ``judge`` or ``all``.  No detector was
+            trained on cars of ``judge``.
 
     Raises:
         ConfigurationError: The name is mistyped, recordings have no root, or a root or `every`
-            or `vehicles` is given for others.
+            or `vehicles` or `assets` is given for others.
         DataError: A folder or file is missing or broken.
     """
     if vehicles != 1 and str(source) != DRIVES:
         raise ConfigurationError(f"vehicles is for {DRIVES}, not for {source}")
+    part = Assets(one_of("part of the assets", assets, Assets))
+    if part != Assets.ALL and str(source) != DRIVES:
+        raise ConfigurationError(f"assets is for {DRIVES}, not for {source}")
     if source in (KITTI_TRACKING, KITTI_RAW):
         from avsec_gym.closed_loop.recorded.recorded_scenes import recorded_scenes
 
@@ -144,13 +152,14 @@ def loop_scenes(
     if str(source) == DRIVES:
         from avsec_gym.closed_loop.procedural_drives import drive_prefix, procedural_drive
 
-        prefix = drive_prefix(seed, whole_number("vehicles", vehicles, 1, _MOST_VEHICLES))
+        vehicles = whole_number("vehicles", vehicles, 1, _MOST_VEHICLES)
+        prefix = drive_prefix(seed, vehicles, part)
         drives = _DRIVES_COUNT if count is None else whole_number("count", count, 1, MOST_LAYOUTS)
         ids = tuple(f"{prefix}-{i:06d}" for i in range(drives))
         return LoopScenes(
             ids,
             lambda id: procedural_drive(
-                seed, int(id.rpartition("-")[2]), people=people, vehicles=vehicles
+                seed, int(id.rpartition("-")[2]), people=people, vehicles=vehicles, assets=part
             ),
         )
     if is_folder(Path(source) / "training"):

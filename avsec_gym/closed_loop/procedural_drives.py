@@ -22,6 +22,7 @@ from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.lanes_across import LaneAcross, lanes_along
 from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.road import Road
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.drives import DriveWorld, drive_scenes
 from avsec_gym.world.site import Course, CrossSection, Style
 
@@ -45,6 +46,7 @@ def procedural_drive(
     duration: float = 8.0,
     rig: SensorRig | None = None,
     vehicles: int = 1,
+    assets: Assets = Assets.ALL,
 ) -> TrafficScene:
     """A drive of the procedural world.
 
@@ -56,9 +58,10 @@ def procedural_drive(
         rig: The sensors that the car carries; None: KITTI's.
         vehicles: The number of vehicles with sensors: the car, and those that are connected with
             it.  The traffic of a drive depends on it.
+        assets: The part of the assets that place and actors are made of.
     """
     frames = math.ceil(duration / STEP) + 2
-    scenes = drive_scenes(seed, number, frames=frames, egos=vehicles, rig=rig)
+    scenes = drive_scenes(seed, number, frames=frames, egos=vehicles, rig=rig, assets=assets)
     world = scenes.world
     ego = world.instants[0].egos[0]
     first = world.instants[0].actors
@@ -66,7 +69,7 @@ def procedural_drive(
     x, y, heading = first.pose[ego].tolist()
     highway = world.site.style == Style.HIGHWAY
     return TrafficScene(
-        id=f"{drive_prefix(seed, vehicles)}-{number:06d}",
+        id=f"{drive_prefix(seed, vehicles, assets)}-{number:06d}",
         road=road_of(world.site.course, world.site.section),
         road_type=RoadType.HIGHWAY if highway else RoadType.STREET,
         start=EgoState(x, y, speed, heading),
@@ -76,10 +79,11 @@ def procedural_drive(
     )
 
 
-def drive_prefix(seed: int, vehicles: int = 1) -> str:
+def drive_prefix(seed: int, vehicles: int = 1, assets: Assets = Assets.ALL) -> str:
     """What the ids of a set of procedural drives begin with; see `procedural_drive`."""
     named = "drive" if seed == 0 else f"drive-s{seed}"
-    return named if vehicles == 1 else f"{named}-v{vehicles}"
+    named = named if vehicles == 1 else f"{named}-v{vehicles}"
+    return named if assets == Assets.ALL else f"{named}-{assets}"
 
 
 def _cruise(speed: float, highway: bool) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from avsec_gym.validation.validation_folder import ValidationFolder
 
 _USUAL_OUT = Path("runs/connected")
+_WEIGHTS = "proposals_weights"
+"""The key of the hash of the weights of the network that proposes, in fits and records."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,9 @@ class Connected:
             self._proposer,
             learned=None if learned is None else learned.rule(self.alarms),
         )
+        self._report_other_weights(fit.data, self._constants_file)
+        if learned is not None:
+            self._report_other_weights(learned.card.data, self._model_file)
         source = self._source.first(self.limit)
         if not self.json:
             console.say(f"avsec: what decides here was {fit.origin}")
@@ -223,7 +228,7 @@ class Connected:
 
         return read_learned_fit(self._model_file)
 
-    @property
+    @cached_property
     def _proposer(self) -> RegionProposer:
         from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
 
@@ -233,6 +238,35 @@ class Connected:
         from avsec_gym.validation.connected.proposals.sectors import SectorProposer
 
         return SectorProposer(make(Kind.DETECTOR, self.proposals))
+
+    @cached_property
+    def _weights(self) -> dict[str, str]:
+        """What a record has of the weights of the network that proposes; empty without one."""
+        detector = getattr(self._proposer, "detector", None)
+        if detector is None:
+            return {}
+        from avsec_gym.perception.weights.weights_hash import weights_hash
+
+        found = weights_hash(detector)
+        return {} if found is None else {_WEIGHTS: found}
+
+    def _report_other_weights(self, fitted_on: Mapping[str, Any], file: Path) -> None:
+        """Say that a file was fitted on proposals of other weights of the same network.
+
+        Args:
+            fitted_on: What names the instants that it was fitted on, see `_record_of_data`.
+            file: The file.
+        """
+        fitted = fitted_on.get(_WEIGHTS)
+        if fitted is None or fitted_on.get("proposals") != self.proposals:
+            return
+        today = self._weights.get(_WEIGHTS)
+        if fitted != today:
+            console.say(
+                f"avsec: {file} was fitted on proposals of other weights of {self.proposals}"
+                f" ({str(fitted)[:8]}) than propose here ({str(today)[:8]}): its rates may not"
+                " hold for these; `avsec connected --fit` makes one of these"
+            )
 
     def _fit(self, path: Path) -> int:
         """Measure, fit, write; what was measured is kept beside the file until it is written."""
@@ -250,6 +284,7 @@ class Connected:
             "fingerprint": fingerprint(source.root),
             "poses": self.poses,
             "proposals": self.proposals,
+            **self._weights,
             "attacks": [repr(attack) for attack in on.attacks],
             "seed": self.seed,
             "limit": self.limit,
@@ -289,7 +324,7 @@ class Connected:
         from avsec_gym.world.export import read_manifest
 
         record: dict[str, Any] = {"layout": source.layout, "proposals": self.proposals}
-        record["poses"] = self.poses
+        record |= {**self._weights, "poses": self.poses}
         settings = (read_manifest(source.root) or {}).get("settings", {})
         named = ("seed", "assets", "vehicles", "clocks_apart", "position_noise", "heading_noise")
         record |= {name: settings[name] for name in named if name in settings}
@@ -317,6 +352,7 @@ class Connected:
             "method": self.method,
             "poses": self.poses,
             "proposals": self.proposals,
+            **self._weights,
             "constants": hashlib.sha256(content.encode()).hexdigest(),
             "alarms": self.alarms,
             "rate": self.rate,

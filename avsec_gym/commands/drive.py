@@ -232,6 +232,7 @@ class DriveInTraffic:
         from avsec_gym.closed_loop.loop_scenes import NAMED
         from avsec_gym.commands.named_files import named_files
         from avsec_gym.storage.regular_files import read_bytes
+        from avsec_gym.world.assets import Assets
 
         record: dict[str, Any] = {
             "version": __version__,
@@ -245,8 +246,9 @@ class DriveInTraffic:
             files = [error_model_file(model) for model in self.error_model]
             contents = b"".join(read_bytes(file, most=2**30) for file in files)
             record["error_model"] = hashlib.sha256(contents).hexdigest()
-        # A source of its own name is no folder that happens to be called so, too.
-        places = {name: value for name, value in scenarios.items() if value not in NAMED}
+        # A source or part of its own name is no folder that happens to be called so, too.
+        own = (*NAMED, *Assets)
+        places = {name: value for name, value in scenarios.items() if value not in own}
         if named := named_files([places, record["settings"]]):
             record["files"] = named
         return record

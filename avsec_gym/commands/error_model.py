@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -83,7 +83,8 @@ class ErrorModelFit:
 class ErrorModelCheck:
     """Hold an error model against frames that it was not fitted to: misses and ghosts by distance.
 
-    Exit code 3 where one of them lies outside of its margin.
+    A distance agrees where the intervals of both differences lie within the margins; it differs
+    where one lies outside; else the frames are too few to tell.  Exit code 3 unless all agree.
     """
 
     model: Annotated[str, tyro.conf.Positional]
@@ -103,7 +104,7 @@ class ErrorModelCheck:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.closed_loop.error_model.check import check_error_model
+        from avsec_gym.closed_loop.error_model.check import Answer, check_error_model
         from avsec_gym.closed_loop.error_model.shipped import named_error_model
 
         model = named_error_model(self.model)
@@ -111,9 +112,9 @@ class ErrorModelCheck:
         if threshold is None:
             threshold = float(model.card.get("score_threshold", 0.3))
         checks = check_error_model(model, _frames(self, threshold))
-        agrees = all(each.agrees for each in checks)
+        agrees = all(each.answer == Answer.AGREES for each in checks)
         if self.json:
-            rows = [{**asdict(each), "agrees": each.agrees} for each in checks]
+            rows = [{**asdict(each), "answer": each.answer} for each in checks]
             console.print_json("error-model.check", {"ranges": rows, "agrees": agrees})
         else:
             console.print_table(
@@ -141,7 +142,7 @@ def _frames(
             f" {len(asked.detections)}"
         )
     return [
-        replace(frame, drive=f"{kitti} {frame.drive}")
+        frame
         for kitti, detections in zip(asked.kitti, asked.detections, strict=True)
         for frame in stored_frames(
             kitti,
@@ -180,5 +181,5 @@ def _row(check: RangeCheck) -> list[str]:
         percent(check.found_expected),
         f"{check.ghosts:.2f}",
         f"{check.ghosts_expected:.2f}",
-        "" if check.agrees else "outside the margin",
+        str(check.answer),
     ]

@@ -129,6 +129,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       `{"source": "drives", "seed": 1, "count": 20, "people": False}`, or
       `{"source": "kitti_tracking", "root": FOLDER}` (or `"kitti_raw"`): KITTI's recordings;
       `{"source": "kitti_contested", "kitti": FOLDER}`: the contested ones of a folder of labels.
+      `{"source": "drives", "assets": "judge"}`: drives with cars that no detector was trained on.
     * `perception="truth"`: or `"blind"`; or `"lidar"`: a scan is rendered from where the car is,
       for a LiDAR detector (`"pixor"` where none is named); or `"stereo"`: a pair of images is, at
       the width that the detector reads (`"dsgn"`); or `"sensors"`: images of full width and a scan,

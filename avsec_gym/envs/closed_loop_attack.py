@@ -76,10 +76,10 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     (`avsec_gym.closed_loop.fault`), or leaves the road.  A crash that is another one's fault does
     not count, nor that the car brakes for a ghost until the time is over.
 
-    In contested drives of layouts (`contested=True, scenarios="layouts"`) the best of 12 constants
-    wins 32 % (24-42 %) with the default budget, and a rule that waits until something in the way is
-    near 36 % (27-46 %), as `benchmarks/closed_loop_attackers.py` measures them.  A rule that hides
-    in the frames alone that the car plans from makes more of the budget.
+    A constant spends the budget at the beginning; a rule that waits until something in the way is
+    near makes more of it, and one that hides in the frames alone that the car plans from still
+    more.  `python -m studies.constants` and `python -m studies.closed_loop_attackers` measure how
+    often they win.
 
     ## Observation
     `Box(-1, 1, (177,), float32)`, 162 and what depends on the attack, values cut at 1.  13 numbers

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import one_of
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
@@ -33,10 +34,12 @@ from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.regular_files import is_file, is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
+from avsec_gym.world.assets import Assets
 
 _SPLITS = ("train", "val", "trainval")
-SUITES = ("street", "highway", "mixed")
-"""Names of the procedural world's own."""
+_SUITE_FRAMES = {"street": 24, "highway": 24, "mixed": 48}
+SUITES = tuple(_SUITE_FRAMES)
+"""Names of the procedural world's own; those of a part of the assets have as many frames."""
 _SUITE_SENSORS = frozenset[Sensor]((LIDAR, 2, 3))
 
 
@@ -96,6 +99,7 @@ def frame_scenes(
     count: int | None = None,
     seed: int = 0,
     contested: bool = False,
+    assets: str = Assets.ALL,
 ) -> FrameScenes:
     """Labelled stereo frames as scenes.
 
@@ -109,15 +113,20 @@ def frame_scenes(
         count: Largest number of scenes.
         seed: Seed of the speeds of moving objects.
         contested: Whether only contested scenes are taken; see `avsec_gym.evaluation.contested`.
+        assets: The part of the assets that suites are made of, of `avsec_gym.world.assets.Assets`:
+            ``train``, ``judge`` or ``all``.  Layouts are the same in each.  No detector was
+            trained on cars of ``judge``.
 
     Raises:
-        ConfigurationError: A source is a mistyped name, or no scene is contested.
+        ConfigurationError: A source is a mistyped name, no scene is contested, or a part of the
+            assets is asked for of what is made already.
         DataError: A folder or file is missing or broken, or there is no frame with labels and both
             images.
     """
     sources = [source] if isinstance(source, str | Path) else source
+    part = _known_part(sources, assets)
     data: dict[str, KittiObject] = {}
-    for kitti in map(_data, sources):
+    for kitti in (_data(each, part) for each in sources):
         data |= dict.fromkeys(kitti.ids(split, having=("label_2", "image_2", "image_3")), kitti)
     if not data:
         raise DataError(
@@ -169,6 +178,7 @@ def check_frame_scenes(what: Any, road: str = THESIS) -> None:
         return
     asked = scene_arguments(what, frame_scenes)
     source, split = asked.get("source", "mixed"), asked.get("split")
+    _known_part([source] if isinstance(source, str) else source, asked.get("assets", Assets.ALL))
     labelled = asked.get("scenarios")
     if labelled is not None and not is_folder(labelled):
         raise DataError(
@@ -259,11 +269,35 @@ def _labelled(
     return SceneSet(" ".join(map(str, sources)), tuple(scenes), tuple(remarks))
 
 
-def _data(source: str | Path) -> KittiObject:
-    if str(source) in SUITES:
-        from avsec_gym.world.export import world_frames
+def _known_part(sources: Sequence[str | Path], assets: str) -> Assets:
+    """The part of the assets that sources are made of.
 
-        return world_frames(str(source))
+    Raises:
+        ConfigurationError: There is no such part, or a source is made already.
+    """
+    part = Assets(one_of("part of the assets", assets, Assets))
+    for source in sources:
+        if part != Assets.ALL and str(source) not in SUITES:
+            raise ConfigurationError(
+                f"assets is for the suites {', '.join(SUITES)}, not for {source}: `avsec world make"
+                " --assets` makes a folder of a part"
+            )
+    return part
+
+
+def _suite(name: str, assets: Assets) -> KittiObject:
+    """A default suite; one of a part of the assets stands beside it in the cache."""
+    from avsec_gym.world.export import cached, suite_recipe, world_frames
+
+    if assets == Assets.ALL:
+        return world_frames(name)
+    recipe = suite_recipe(name, _SUITE_FRAMES[name], previous=0, assets=assets)
+    return KittiObject(cached(f"{name}-{assets}", recipe))
+
+
+def _data(source: str | Path, assets: Assets = Assets.ALL) -> KittiObject:
+    if str(source) in SUITES:
+        return _suite(str(source), assets)
     if str(source) == MIXED_CONTESTED:
         return KittiObject(contested_sets().contested_frames())
     if not is_folder(source):

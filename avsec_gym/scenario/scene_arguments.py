@@ -7,9 +7,10 @@ from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.argument_checks import flag, number, shown, whole_number
+from avsec_gym.argument_checks import flag, number, one_of, shown, whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.layouts import MOST_LAYOUTS
 
 
@@ -19,7 +20,8 @@ def scene_arguments(what: Any, function: Callable[..., Any]) -> dict[str, Any]:
     Args:
         what: The function's first argument, or a dictionary of all that are named.
         function: The function, which takes names, paths, or lists of them; and a ``count``, a
-            ``seed``, a number of ``vehicles``, a flag ``contested``, and seconds ``every``.
+            ``seed``, a number of ``vehicles``, a flag ``contested``, seconds ``every``, and a part
+            of the ``assets``.
 
     Raises:
         ConfigurationError: These are no such arguments.
@@ -57,6 +59,8 @@ def _checked(parameter: Parameter, value: Any) -> Any:
         return number(name, value, 0.1, 60.0)
     if name == "contested":
         return flag(name, value)
+    if name == "assets":
+        return one_of("part of the assets", value, Assets)
     if isinstance(value, str | Path):
         return str(value)
     several = "Sequence" in str(parameter.annotation) and isinstance(value, list | tuple)

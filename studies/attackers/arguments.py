@@ -21,8 +21,9 @@ def arguments(description: str) -> argparse.ArgumentParser:
     parser.add_argument("--steps", type=_enough, default=1000, help="training queries")
     parser.add_argument("--held-out", type=int, default=30, help="episodes or scenes to judge by")
     parser.add_argument("--seed", type=int, default=0)
-    for name, split in (("training", "train"), ("testing", "val")):
-        scenes = json.dumps({"source": "mixed", "split": split})
+    # Neither layouts nor assets of held-out scenes are learned from.
+    for name, split, assets in (("training", "train", "train"), ("testing", "val", "judge")):
+        scenes = json.dumps({"source": "mixed", "split": split, "assets": assets})
         parser.add_argument(f"--{name}", default=scenes, help="suite, folder, or JSON")
     return parser
 

@@ -20,9 +20,10 @@ alarm.  `quiet_less_loud` is what the quiet reward costs in unsafe plans and gai
 an alarm, with Newcombe's intervals (1998), as if the two were of different situations.
 
 Scenes to learn in, to be judged by, and to measure the validator's thresholds on are different
-ones, rendered alike: in all of them something is in the way.  In about half the car drives safely
-without an attack: of each of these one situation is played, whether or not it raises an alarm by
-itself.
+ones: in all of them something is in the way.  Those to be judged by are of the judging part of the
+assets, with cars that the detector was not trained on, the others of the training part.  In about
+half the car drives safely without an attack: of each of these one situation is played, whether or
+not it raises an alarm by itself.
 
 The scenes are rendered on first use, two seconds each; an attempt takes half a second, and two
 processes attack: some 45 minutes of two cores in all.
@@ -47,7 +48,7 @@ from numpy.typing import NDArray
 from avsec_gym.console import percent, print_table, progress
 from avsec_gym.envs.aimed_laser import RADII, REACH, STRENGTHS
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
-from avsec_gym.evaluation.contested import contested_frames
+from avsec_gym.evaluation.contested import contested_recipe
 from avsec_gym.metrics.clustered_shares import (
     Share,
     difference_of_shares,
@@ -61,6 +62,8 @@ from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.thresholds import ThresholdTable
+from avsec_gym.world.assets import Assets
+from avsec_gym.world.export import cached
 from studies.attackers.arguments import arguments, given
 from studies.attackers.laser_attempts import (
     ATTACKERS,
@@ -85,13 +88,13 @@ RATES: dict[str, Callable[[AttemptOutcome], bool]] = {
 def compare(options: argparse.Namespace) -> dict[str, Any]:
     """Learn in some scenes, shoot in others."""
     begun = time.perf_counter()
-    for name, frames, layouts in (
-        ("training", options.scenes, TRAINING),
-        ("testing", options.held_out, HELD_OUT),
-        ("clean", options.clean_scenes, CLEAN),
+    for name, frames, layouts, assets in (
+        ("training", options.scenes, TRAINING, Assets.TRAIN),
+        ("testing", options.held_out, HELD_OUT, Assets.JUDGE),
+        ("clean", options.clean_scenes, CLEAN, Assets.TRAIN),
     ):
         if getattr(options, name) is None:
-            setattr(options, name, rendered(frames, layouts))
+            setattr(options, name, rendered(frames, layouts, assets))
     if len({options.training, options.testing, options.clean}) < 3:
         raise SystemExit("--training, --testing and --clean are different scenes")
     table = measured(frame_scenes_of(given(options.clean)))
@@ -130,10 +133,11 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def rendered(frames: int, layouts: int) -> str:
-    """Scenes of a set, in the cache."""
+def rendered(frames: int, layouts: int, assets: Assets) -> str:
+    """Scenes of a set, made of a part of the assets, in the cache."""
+    recipe = contested_recipe(frames, seed=layouts, assets=assets)
     with progress("rendering scenes") as shown:
-        return str(contested_frames(frames, seed=layouts, on_progress=shown))
+        return str(cached(f"contested-{layouts}-{frames}-{assets}", recipe, on_progress=shown))
 
 
 def measured(clean: FrameScenes) -> ThresholdTable:

@@ -2,25 +2,13 @@
 
     python -m studies.driving_safety.closed_loop --runs runs/closed_loop --json closed_loop.json
 
-reads what `avsec drive` left in ``labels``, ``drives``, ``tracking``, ``rendered`` and ``models``
-below that folder, of these those that are there, such as by
-
-    avsec drive --scenarios LABELS --limit 100 --out runs/closed_loop/labels
-    avsec drive --scenarios drives --limit 100 --intention all --out runs/closed_loop/drives
-    avsec drive --scenarios '{"source": "kitti_tracking", "root": "TRACKING"}' ...
-
-with ``--settings truth blind error-model --error-model stereo_rcnn dsgn ...``, and, since an error
-model has nothing to validate, 50 scenes on rendered sensors by
-
-    avsec drive --scenarios drives --limit 50 --out runs/closed_loop/rendered
-        --settings truth blind lidar stereo detector attacked defended --detector stereo_rcnn
-        --attack '{"name": "facula", "camera": 2}'
-        --validator '{"name": "thresholds", "thresholds": "FITS"}'
-
-where FITS is ``avsec_gym/validation/fits/kitti_lidar_3_2.thresholds.json``.  In ``models`` the same
-scenes are driven with error models and with what they are models of, rendered: a setting
-``rendered_dsgn_patch`` beside one of the error model ``dsgn_patch``.  `closed_loop_page` shows the
-result.
+reads what `avsec drive` left in the folders of `SETS` below that folder, of these those that are
+there; studies/catalogue.toml has the commands.  ``labels``, ``drives`` and ``tracking`` are driven
+with truth, blind, and every shipped error model.  ``rendered``, ``rendered_pgd`` and ``models``
+render: all three drive contested scenes (`contested_drives`), since an error model has nothing to
+validate, and little is told by drives in which nothing is in the way.  In ``models`` error models
+are driven beside what they are models of: a setting ``rendered_dsgn_patch`` beside the error model
+``dsgn_patch``.  `closed_loop_page` shows the result.
 Settings that are added, such as an error model of a detector under an attack, come into the table
 by themselves.  Every collision at fault under truth is listed, with its certificates: whether no
 car could have avoided it, and from when on no plan did.
@@ -30,9 +18,10 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -48,15 +37,22 @@ from avsec_gym.metrics.cluster_bootstrap import ClusterBootstrap, sampled_rank_c
 from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import read_text, write_text
+from studies.driving_safety.contested_drives import read_contested
+from studies.driving_safety.error_models.cases import DETECTORS
 
 SETS = {
     "labels": by_scene,
     "drives": by_scene,
     "tracking": by_recording,
     "rendered": by_scene,
+    "rendered_pgd": by_scene,
     "models": by_scene,
 }
 """Folders, and which of their drives are one cluster."""
+MODELLED = ("labels", "drives", "tracking")
+"""Folders of the 300 scenes, which every error model drives."""
+CONTESTED = "contested.json"
+"""What `contested_drives` found, beside the folders."""
 TRUTH, BLIND = "truth", "blind"
 RENDERED = "rendered_"
 """What the name of a setting begins with that renders what an error model is a model of."""
@@ -78,6 +74,23 @@ class Ranking:
 
     rho: float | None
     interval: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class PooledRanking:
+    """A ranking over the scenes of all `MODELLED` sets.
+
+    Args:
+        of: Whose settings are ranked: a detector's, left alone and attacked; empty: all.
+        first_plans: The settings, that with the fewest unsafe first plans first.
+        loop: The settings, that with the fewest collisions first.
+        ranking: The rank correlation of both.
+    """
+
+    of: str
+    first_plans: Sequence[str]
+    loop: Sequence[str]
+    ranking: Ranking
 
 
 @dataclass(frozen=True)
@@ -156,7 +169,12 @@ class LoopTables:
     drives: LoopTable | None = field(default=None, metadata=OPTIONAL)
     tracking: LoopTable | None = field(default=None, metadata=OPTIONAL)
     rendered: LoopTable | None = field(default=None, metadata=OPTIONAL)
+    rendered_pgd: LoopTable | None = field(default=None, metadata=OPTIONAL)
     models: LoopTable | None = field(default=None, metadata=OPTIONAL)
+    pooled: Sequence[PooledRanking] = ()
+    """Rankings over `MODELLED`."""
+    looked_at: int | None = field(default=None, metadata=OPTIONAL)
+    """Number of procedural drives among which the contested ones were found."""
     judged_models: Sequence[JudgedModel] = ()
     """The error models of ``models``."""
 
@@ -167,9 +185,7 @@ def table(folder: Path) -> LoopTable:
     Args:
         folder: A folder of `avsec drive`, named as one of `SETS`.
     """
-    rows: list[DriveRow] = [
-        json.loads(line) for line in read_text(folder / ROWS).splitlines() if line
-    ]
+    rows = _rows(folder)
     settings = list(dict.fromkeys(row["setting"] for row in rows))
     cluster = SETS[folder.name]
     summary = summaries(rows, settings, cluster)
@@ -182,6 +198,46 @@ def table(folder: Path) -> LoopTable:
         ranking=ranking(rows, attacked, cluster),
         truth_at_fault=_explained(folder, rows),
     )
+
+
+def pooled_rankings(rows: Mapping[str, Sequence[DriveRow]]) -> list[PooledRanking]:
+    """The rankings over several sets: of all settings with errors, and of each detector's.
+
+    Args:
+        rows: Rows of drives by the name of their set, of `SETS`.
+    """
+    # A cluster of one set is none of another.
+    every: list[Any] = [
+        {**row, "scenario": f"{name} {SETS[name](row)}"}
+        for name, own in rows.items()
+        for row in own
+    ]
+    named = dict.fromkeys(row["setting"] for row in every)
+    settings = [name for name in named if name not in (TRUTH, BLIND)]
+    groups = {"": settings} | {
+        detector: [name for name in settings if f"{name}_".startswith(f"{detector}_")]
+        for detector in DETECTORS
+    }
+    return [
+        PooledRanking(
+            of,
+            _ordered(every, group, lambda row: row["first_plan"] != "safe"),
+            _ordered(every, group, lambda row: row["collision"]),
+            ranking(every, group, by_scene),
+        )
+        for of, group in groups.items()
+        if group
+    ]
+
+
+def _ordered(
+    rows: Sequence[DriveRow], settings: Sequence[str], is_bad: Callable[[DriveRow], bool]
+) -> list[str]:
+    """The settings by the share of their drives that are bad, the least first."""
+    shares = {
+        name: np.mean([is_bad(row) for row in rows if row["setting"] == name]) for name in settings
+    }
+    return sorted(settings, key=lambda name: shares[name])
 
 
 def judged_models(table: LoopTable) -> list[JudgedModel]:
@@ -237,6 +293,10 @@ def ranking(rows: Sequence[DriveRow], settings: Sequence[str], cluster: Cluster)
     return Ranking(rho.value, None if interval is None else (interval[0], interval[1]))
 
 
+def _rows(folder: Path) -> list[DriveRow]:
+    return [json.loads(line) for line in read_text(folder / ROWS).splitlines() if line]
+
+
 def _first_plan(rows: Sequence[DriveRow], setting: str, cluster: Cluster) -> Share:
     own = [row for row in rows if row["setting"] == setting]
     return share_of([row["first_plan"] == "safe" for row in own], [cluster(row) for row in own])
@@ -274,7 +334,14 @@ def main() -> None:
     there = [name for name in SETS if (given.runs / name).is_dir()]
     tables = {name: table(given.runs / name) for name in there}
     judged = judged_models(tables["models"]) if "models" in tables else []
-    result = LoopTables(**tables, judged_models=judged)
+    modelled = {name: _rows(given.runs / name) for name in MODELLED if name in tables}
+    contested = given.runs / CONTESTED
+    result = LoopTables(
+        **tables,
+        pooled=pooled_rankings(modelled) if modelled else (),
+        looked_at=read_contested(contested).looked_at if contested.is_file() else None,
+        judged_models=judged,
+    )
     write_text(given.json, json.dumps(row_json(result), indent=1) + "\n", overwrite=True)
 
 

@@ -18,6 +18,7 @@ from studies.driving_safety.closed_loop import (
     JudgedModel,
     LoopTable,
     LoopTables,
+    PooledRanking,
     Ranking,
 )
 from studies.page_of_result import page_of_result
@@ -27,8 +28,9 @@ _SETS = {
     "labels": "The first scenarios of the labelled ones, straight on",
     "drives": "Procedural drives, every intention that a scene has a lane for",
     "tracking": "KITTI tracking, straight on; ego motion estimated from standing objects",
-    "rendered": "Procedural drives on rendered sensors, straight on: clean, attacked, defended",
-    "models": "Error models, and what they are models of on rendered sensors, straight on",
+    "rendered": "Contested drives on rendered sensors: clean, attacked, defended",
+    "rendered_pgd": "The first of these under gradients, without and with the defence",
+    "models": "Error models on contested drives, and what they are models of, rendered",
 }
 _RATES = {
     "collision": "collision",
@@ -57,6 +59,7 @@ def closed_loop_page(result: LoopTables) -> str:
         " against what is there (at constant velocity). Score: NAVSIM's, and its paired difference"
         " from truth.",
         "",
+        *_contested(result),
     ]
     for name, title in _SETS.items():
         table: LoopTable | None = getattr(result, name)
@@ -64,9 +67,48 @@ def closed_loop_page(result: LoopTables) -> str:
             lines += [f"## {title}", "", *_table(table), ""]
             if any(each.summary.setting == TRUTH for each in table.settings):
                 lines += [*_at_fault(table), "", _ranking(table.ranking), ""]
+    lines += _pooled(result.pooled) if result.pooled else []
     if result.judged_models:
         lines += _judged(result.judged_models)
     return "\n".join(lines)
+
+
+def _contested(result: LoopTables) -> list[str]:
+    if result.looked_at is None or result.models is None:
+        return []
+    small = result.rendered_pgd
+    fewer = "" if small is None else f"; under gradients, which cost most, {small.clusters} of them"
+    return [
+        f"What is rendered are {result.models.clusters} contested drives{fewer}: the first of"
+        f" {result.looked_at} procedural drives in which a car that sees nothing is to blame for a"
+        " collision and one that knows the truth reaches its goal. Their rates are those of drives"
+        " in which it matters what is seen, not of traffic at large, and truth is faultless there"
+        " by that rule. `defended_unattacked` shows what false stops cost.",
+        "",
+    ]
+
+
+def _pooled(pooled: Sequence[PooledRanking]) -> list[str]:
+    rows = [
+        [
+            f"`{each.of}`" if each.of else "all",
+            " < ".join(each.first_plans),
+            " < ".join(each.loop),
+            UNKNOWN
+            if each.ranking.rho is None
+            else _mean(Mean(each.ranking.rho, each.ranking.interval)),
+        ]
+        for each in pooled
+    ]
+    return [
+        "## Does the ranking of the single query survive, over all error models' drives?",
+        "",
+        "Settings from the safest to the most dangerous, and Spearman's correlation of the shares"
+        " behind both orders; of one detector it is over three settings.",
+        "",
+        *markdown_table(["of", "unsafe first plans", "collisions of drives", "correlation"], rows),
+        "",
+    ]
 
 
 def _judged(models: Sequence[JudgedModel]) -> list[str]:

@@ -3,7 +3,8 @@
     python -m studies.perception.detector_ranking [--detectors oracle dsgn] [--episodes 96]
 
 Beside the given detectors it ranks an empty one (an agent that never reports anything), and with
-``--replayed FOLDER`` the KITTI result files of another detector.  Prints JSON.
+``--replayed FOLDER`` the KITTI result files of another detector.  The scenes are those of the suite
+`mixed`, with cars that no detector was trained on.  Prints JSON.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from stable_baselines3.common.monitor import Monitor
 
 import avsec_gym
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.commands.named_part import named_part
 from avsec_gym.envs.detector_policy import DetectorPolicy
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.clustered_shares import share_of
@@ -36,7 +38,7 @@ class EmptyDetector:
         return Boxes3D.empty()
 
 
-def ranked(detector: Any, scenarios: str, episodes: int) -> dict[str, Any]:
+def ranked(detector: Any, scenarios: Any, episodes: int) -> dict[str, Any]:
     """One row: the share of safe plans over seeded episodes, the same for every detector."""
     env = gym.make("avsec/DetectorBenchmark-v0", scenarios=scenarios)
     policy = DetectorPolicy(detector, env)
@@ -69,14 +71,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--detectors", nargs="*", default=["oracle", "dsgn", "stereo_rcnn"])
     parser.add_argument("--replayed", help="a folder of KITTI result files")
-    parser.add_argument("--scenarios", default="mixed", help="a default suite or a KITTI folder")
+    parser.add_argument(
+        "--scenarios",
+        default=json.dumps({"source": "mixed", "assets": "judge"}),
+        help="a default suite, a KITTI folder, or JSON",
+    )
     parser.add_argument("--episodes", type=int, default=96)
     options = parser.parse_args()
     gym.register_envs(avsec_gym)
     every: list[Any] = [*options.detectors, EmptyDetector()]
     if options.replayed:
         every.append({"name": "replayed", "detections": options.replayed})
-    rows = [ranked(detector, options.scenarios, options.episodes) for detector in every]
+    scenarios = named_part(options.scenarios, "--scenarios")
+    rows = [ranked(detector, scenarios, options.episodes) for detector in every]
     rows.sort(key=lambda row: -row["safe_driving_rate"])
     sys.stdout.write(json.dumps(rows, indent=1) + "\n")
 

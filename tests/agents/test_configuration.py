@@ -62,6 +62,19 @@ def test_shipped_entries_are_judged_in_other_scenes_than_they_learn_in(variant: 
         assert own.env_kwargs["scenarios"] != own.held_out_kwargs["scenarios"], (env, algorithm)
 
 
+@pytest.mark.parametrize("variant", [None, *shipped_variants()])
+def test_rendered_scenes_to_judge_in_are_of_judging_assets(variant: str | None) -> None:
+    for env, algorithms in shipped_configurations(variant).items():
+        for algorithm in algorithms:
+            own = configuration_of(env, algorithm, variant=variant)
+            learned, held_out = (
+                kwargs["scenarios"] for kwargs in (own.env_kwargs, own.held_out_kwargs)
+            )
+            if held_out.get("source") in ("mixed", "drives"):
+                assert learned["assets"] == "train", (env, algorithm)
+                assert held_out["assets"] == "judge", (env, algorithm)
+
+
 def test_a_defender_drives_by_an_attacked_detector_s_errors() -> None:
     from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 

@@ -19,7 +19,7 @@ from avsec_gym.agents import training
 from avsec_gym.agents.agent_folder import CARD, CONFIG, WEIGHTS, load_agent, read_configuration
 from avsec_gym.agents.checkpoint import CHECKPOINT, read_checkpoint
 from avsec_gym.agents.configuration import AgentConfiguration, configuration_of
-from avsec_gym.agents.learner import make_learner, single
+from avsec_gym.agents.learner import make_learner, make_policy, single
 from avsec_gym.agents.training import TrainingSitting, train_agent
 from avsec_gym.agents.yaml_files import read_yaml
 from avsec_gym.errors import ConfigurationError, DataError
@@ -47,6 +47,22 @@ SAC = AgentConfiguration(
         "policy_kwargs": {"net_arch": [8]},
     },
 )
+
+
+@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
+def test_a_policy_of_images_takes_the_weights_that_are_trained(algorithm: str) -> None:
+    """Training has the colours of an image first, the environment last."""
+    configuration = configuration_of("FaculaAttack-v0", algorithm, variant="images")
+    learner = make_learner(configuration, 0)
+    environment = single(configuration.env, configuration.env_kwargs)
+    policy = make_policy(configuration, environment)
+    policy.load_state_dict(learner.policy.state_dict())
+    seen = environment.observation_space.sample()
+    np.testing.assert_allclose(
+        policy.predict(seen, deterministic=True)[0],
+        learner.predict(seen, deterministic=True)[0],
+        atol=1e-6,
+    )
 
 
 @pytest.mark.parametrize("configuration", [PPO, SAC], ids=["ppo", "sac"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,17 @@ from avsec_gym.drawing.connected_picture import draw_connected
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.sensor_files import write_points
 from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.perception.weights.weights_hash import weights_hash
+from avsec_gym.registry import Kind, make
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.validation.connected import fitting, learned_fitting
+from avsec_gym.validation.connected.fit import (
+    SHIPPED_FIT,
+    read_connected_fit,
+    write_connected_fit,
+)
+from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.proposals.sectors import SectorProposer
 from avsec_gym.validation.connected.result import ConnectedResult
 from avsec_gym.validation.connected.sources import connected_source
 from avsec_gym.validation.connected.validator import ConnectedValidator
@@ -203,6 +213,48 @@ def test_a_fit_that_was_stopped_goes_on_with_the_same_question_alone(
     assert "fingerprint" in capsys.readouterr().err
     samples.unlink()
     assert run(same) == 130
+
+
+def test_a_fit_knows_the_weights_that_proposed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("yaml")
+    write_sample(tmp_path / "data")
+    monkeypatch.setattr(SectorProposer, "__call__", lambda _, points: ClusterProposer()(points))
+    fitted_on: dict[str, Any] = {}
+
+    def measured(*asked: Any, **_: Any) -> None:
+        fitted_on.update(asked[2].data)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fitting, "fit_connected", measured)
+    given = ["connected", "--data", str(tmp_path / "data")]
+    assert run([*given, "--fit", str(tmp_path / "clusters.json")]) == 130
+    assert "proposals_weights" not in fitted_on
+    proposing = [*given, "--proposals", "pixor"]
+    assert run([*proposing, "--fit", str(tmp_path / "pixor.json")]) == 130
+    today = weights_hash(make(Kind.DETECTOR, "pixor"))
+    assert fitted_on["proposals_weights"] == today
+    # What was measured with other weights is not gone on with.
+    kept = tmp_path / "pixor.json.samples.json"
+    kept.write_text(kept.read_text().replace(str(today), "0" * 64))
+    (tmp_path / "pixor.json.samples.jsonl").touch()
+    assert run([*proposing, "--fit", str(tmp_path / "pixor.json")]) == 1
+    assert "proposals_weights" in capsys.readouterr().err
+    # What decides is held against the weights that propose.
+    shipped = read_connected_fit(SHIPPED_FIT)
+    for digest, proposals, reported in (
+        ("0" * 64, "pixor", True),
+        (today, "pixor", False),
+        ("0" * 64, "pointrcnn", False),
+    ):
+        file = tmp_path / f"{proposals}_{reported}.json"
+        data = {**shipped.data, "proposals": proposals, "proposals_weights": digest}
+        write_connected_fit(file, replace(shipped, data=data))
+        words = ["--constants", str(file), "--limit", "1", "--out", str(tmp_path / file.stem)]
+        assert run([*proposing, *words]) == 0
+        told = f"proposals of other weights of pixor (00000000) than propose here ({today:.8})"
+        assert (told in capsys.readouterr().err) == reported
 
 
 @pytest.mark.parametrize("method", ["rays", "learned"])

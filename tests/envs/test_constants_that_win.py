@@ -54,6 +54,20 @@ def test_a_constant_that_solves_a_game_is_in_its_first_paragraph() -> None:
     assert first_paragraph("avsec/GhostObject-v0").startswith("**Solved by a constant.**")
 
 
+def test_a_constant_that_wins_often_when_searched_is_in_the_first_paragraph() -> None:
+    """With the measured rate, unless the game is called solved."""
+    place = RESULTS / "constants.json"
+    if not place.is_file():
+        pytest.skip("no constant has been searched yet: python -m studies.constants")
+    for name, found in json.loads(place.read_text())["games"].items():
+        rate, (low, high) = found["held_out"]["rate"], found["held_out"]["interval"]
+        stated = first_paragraph(found["env"])
+        by_default = f"avsec/{name}" == found["env"]
+        if by_default and rate > MOST and not stated.startswith("**Solved by a constant.**"):
+            figure = f"wins {100 * rate:.1f} % ({100 * low:.1f} to {100 * high:.1f} %)"
+            assert figure in stated, f"{name} states that a constant {figure}"
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_suite")
 def test_the_largest_patch_ahead_wins_against_the_default_car() -> None:

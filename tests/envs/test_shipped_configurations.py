@@ -46,6 +46,10 @@ def short(configuration: AgentConfiguration) -> AgentConfiguration:
     cheap.pop("observation", None)  # The configuration's own, which its policy takes.
     if configuration.env == "avsec/ClosedLoopAttack-v0":
         cheap = {}  # Of a few drives, none is contested.
+    if configuration.env in RENDERED:  # The small suites are of all assets.
+        scenes = dict(configuration.env_kwargs["scenarios"])
+        scenes.pop("assets", None)
+        cheap = {"scenarios": scenes} | cheap
     return replace(
         configuration,
         n_envs=1,

@@ -8,7 +8,15 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.frame_scenes import frame_scenes
+from avsec_gym.scenario.frame_scenes import (
+    SUITES,
+    check_frame_scenes,
+    frame_scenes,
+    frame_scenes_of,
+    sensors_of,
+)
+from avsec_gym.world import export
+from avsec_gym.world.export import LayoutFrames, default_suites
 
 LABEL = "Car 0.00 0 0.00 1.00 1.00 9.00 9.00 1.50 1.60 4.00 0.00 1.65 20.00 -1.57\n"
 
@@ -69,3 +77,37 @@ def test_the_authors_scenarios_say_what_is_real_and_the_folders_what_is_seen(
     assert len(frames.labels(scene)) == 1
     assert frames.scenes.remarks == ("1 of 2 scenarios have no images",)
     assert frames.disparity(scene) is None
+
+
+def test_a_suite_of_a_part_of_the_assets_stands_beside_the_usual_one(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: dict[str, LayoutFrames] = {}
+
+    def cached(name: str, recipe: LayoutFrames) -> Path:
+        made[name] = recipe
+        return root
+
+    monkeypatch.setattr(export, "cached", cached)
+    monkeypatch.setattr(export, "world_frames", lambda name: pytest.fail(f"all assets: {name}"))
+    for suite in SUITES:
+        judging = {"source": suite, "assets": "judge"}
+        check_frame_scenes(judging)
+        assert sensors_of(judging) == sensors_of(suite)
+        assert len(frame_scenes_of(judging)) == 2
+    assert list(made) == [f"{suite}-judge" for suite in SUITES]
+    assert {recipe.assets for recipe in made.values()} == {"judge"}
+    # The layouts are those of the usual suite.
+    frames = {suite: default_suites.DEFAULT_FRAMES[suite] for suite in SUITES}
+    assert [len(recipe) for recipe in made.values()] == list(frames.values())
+    assert {(recipe.seed, recipe.previous) for recipe in made.values()} == {(0, 0)}
+
+
+def test_assets_of_what_is_made_already_are_refused(root: Path) -> None:
+    for refusing in (check_frame_scenes, lambda what: frame_scenes(**what)):
+        for source in (str(root), "mixed_contested"):
+            with pytest.raises(ConfigurationError, match="assets is for the suites street"):
+                refusing({"source": source, "assets": "judge"})
+        with pytest.raises(ConfigurationError, match=r"part of the assets 'jugde'.*judge"):
+            refusing({"source": "mixed", "assets": "jugde"})
+    assert len(frame_scenes(root, assets="all")) == 2

@@ -7,7 +7,7 @@ from collections import Counter
 
 from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 from studies.catalogue import STUDIES, minutes_of_command
-from studies.driving_safety.closed_loop import RENDERED, SETS
+from studies.driving_safety.closed_loop import CONTESTED, RENDERED, SETS
 from studies.provenance import RECORDS, read_records, sources_of
 from studies.source_states import source_state
 from studies.study import DATA, RESULTS, ROOT, Step
@@ -81,16 +81,35 @@ def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model
     drives = [step for step in study.steps if "drive" in step.words]
     folders = [step.words[step.words.index("--out") + 1] for step in drives]
     assert folders == [f"$runs/closed_loop/{name}" for name in SETS]
-    *by_error_models, rendered, models = drives
+    *by_error_models, rendered, under_gradients, models = drives
     for step in (*by_error_models, models):
         assert set(shipped_error_models()) <= set(step.words)
     assert {"detector", "attacked", "defended"} <= set(rendered.words)
-    settings = [json.loads(word) for word in models.words if word.startswith('{"name"')]
-    assert {each["name"] for each in settings} == {f"{RENDERED}{m}" for m in shipped_error_models()}
+    settings = [
+        [json.loads(word)["name"] for word in step.words if word.startswith('{"name": "')]
+        for step in (rendered, under_gradients, models)
+    ]
+    assert {"defended_unattacked", "attacked_patch", "defended_patch"} <= set(settings[0])
+    assert settings[1] == ["attacked_thesis_pgd", "defended_thesis_pgd"]
+    assert set(settings[2]) == {f"{RENDERED}{model}" for model in shipped_error_models()}
+    # A study that was stopped goes on.
+    assert all("--resume" in step.words for step in drives)
+    # What is rendered is contested, the same drives in all three.
+    looked = [step for step in study.steps if "find" in step.words]
+    assert len(looked) == 1
+    contested = looked[0].words[-1]
+    assert contested == f"$runs/closed_loop/{CONTESTED}"
+    assert all(contested in step.words for step in (rendered, under_gradients, models))
+    assert "docs/images/closed_loop.gif" in study.writes
     given = {"tracking": ["/data/tracking"], "runs": ["runs"]}
     [place] = [word for word in drives[2].filled(given) if word.startswith("{")]
     assert json.loads(place) == {"source": "kitti_tracking", "root": "/data/tracking"}
     assert study.needs == ["scenarios", "tracking"]
+    # No rendered car is of a design that detectors learned from, as of the error models' drives.
+    named = [step.words[step.words.index("--scenarios") + 1] for step in by_error_models]
+    procedural = [json.loads(word) for word in named if '"drives"' in word]
+    assert [each["assets"] for each in procedural] == ["judge"]
+    assert "drives" not in named
 
 
 def test_minutes_of_a_command_are_those_of_the_parts_that_it_makes_too() -> None:

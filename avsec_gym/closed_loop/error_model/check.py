@@ -1,9 +1,16 @@
-"""Hold an error model against frames that it was not fitted to."""
+"""Hold an error model against frames that it was not fitted to.
+
+The margins are set beforehand, and the answer is one of three: a difference whose 95 % interval
+lies within the margin agrees, one whose interval lies outside of it differs, and of any other one
+cannot tell.  An interval is over drives, all vehicles of a drive together; what a model expects is
+taken as it is.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -15,9 +22,17 @@ from avsec_gym.metrics.clustered_shares import share_of
 RANGES = ((0.0, 15.0), (15.0, 30.0), (30.0, 60.0))
 """Distances in metres for which misses and ghosts are compared."""
 FOUND_MARGIN = 0.1
-"""A share of found objects agrees within this, or within its interval."""
+"""How far the share of found objects may lie from the model's."""
 GHOST_MARGIN = 0.1
-"""A number of ghosts in a frame agrees within this, or within two standard errors."""
+"""How far the number of ghosts in a frame may lie from the model's."""
+
+
+class Answer(StrEnum):
+    """Whether a model does as its detector does."""
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    CANNOT_TELL = "cannot tell"
 
 
 @dataclass(frozen=True)
@@ -32,7 +47,8 @@ class RangeCheck:
         found_interval: 95 % interval of it; frames of a drive count as one cluster.
         found_expected: Share that the model expects.
         ghosts: Mean number of ghosts in a frame.
-        ghosts_error: Standard error of it, over drives.
+        ghosts_error: Standard error of it, over drives; taken, as in `share_of`, as if two more had
+            been seen, one without ghosts and one with a ghost in each frame.
         ghosts_expected: Mean number that the model expects.
     """
 
@@ -47,16 +63,18 @@ class RangeCheck:
     ghosts_expected: float
 
     @property
-    def agrees(self) -> bool:
-        """Whether misses and ghosts both lie within their margins."""
-        by_ghosts = abs(self.ghosts - self.ghosts_expected)
-        if by_ghosts > max(GHOST_MARGIN, 2 * self.ghosts_error):
-            return False
-        if self.found is None or self.found_expected is None or self.found_interval is None:
-            return True
-        low, high = self.found_interval
-        is_near = abs(self.found - self.found_expected) <= FOUND_MARGIN
-        return is_near or low <= self.found_expected <= high
+    def answer(self) -> Answer:
+        """Of misses and ghosts together: both have to agree, and either may differ."""
+        ghosts, error = self.ghosts - self.ghosts_expected, 2 * self.ghosts_error
+        answers = {_answer(ghosts - error, ghosts + error, GHOST_MARGIN)}
+        if self.found_expected is None or self.found_interval is None:
+            answers.add(Answer.CANNOT_TELL)
+        else:
+            low, high = (bound - self.found_expected for bound in self.found_interval)
+            answers.add(_answer(low, high, FOUND_MARGIN))
+        if Answer.DIFFERS in answers:
+            return Answer.DIFFERS
+        return Answer.AGREES if answers == {Answer.AGREES} else Answer.CANNOT_TELL
 
 
 def check_error_model(model: ErrorModel, frames: Sequence[DetectedFrame]) -> list[RangeCheck]:
@@ -85,7 +103,7 @@ def _range_check(
         away = _distances(each.detections[each.matches.ghosts].poses)
         ghosts.setdefault(each.frame.drive, []).append(int(((away >= near) & (away < far)).sum()))
     share = share_of(hits, drives)
-    means = [float(np.mean(counts)) for counts in ghosts.values()]
+    means = [0.0, 1.0, *(float(np.mean(counts)) for counts in ghosts.values())]
     seen = np.reshape(model.ghosts.seen, (-1, 6))
     inside = (_distances(seen) >= near) & (_distances(seen) < far)
     return RangeCheck(
@@ -96,9 +114,16 @@ def _range_check(
         share.interval,
         float(np.mean(expected)) if expected else None,
         float(np.mean([count for counts in ghosts.values() for count in counts])),
-        float(np.std(means) / np.sqrt(max(len(means) - 1, 1))),
+        float(np.std(means) / np.sqrt(len(means) - 1)),
         model.ghosts.rate * (float(inside.mean()) if len(seen) else 0.0),
     )
+
+
+def _answer(low: float, high: float, margin: float) -> Answer:
+    """By the interval of a difference."""
+    if low > margin or high < -margin:
+        return Answer.DIFFERS
+    return Answer.AGREES if -margin <= low and high <= margin else Answer.CANNOT_TELL
 
 
 def _distances(poses: Floats) -> Floats:

@@ -49,6 +49,7 @@ class DetectedFrame:
         drive: Name of the drive that the frame is of; frames of their own have drives of their own.
         time: Seconds within the drive.
         actors: Id of each object, the same over the drive, shape (N,); None: not known.
+        vehicle: Name of the vehicle that sees it; several may take part in one drive.
     """
 
     objects: Boxes3D
@@ -56,6 +57,7 @@ class DetectedFrame:
     drive: str
     time: float = 0.0
     actors: NDArray[np.int64] | None = None
+    vehicle: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,12 +253,12 @@ def _successive(
     every: Sequence[Compared],
 ) -> list[tuple[Compared, Compared, NDArray[np.int64], NDArray[np.int64]]]:
     """Frames that follow one another, with the rows of the obstacles that are in both."""
-    drives: dict[str, list[tuple[Compared, NDArray[np.int64]]]] = defaultdict(list)
+    seen: dict[tuple[str, str], list[tuple[Compared, NDArray[np.int64]]]] = defaultdict(list)
     for each in every:
         if each.actors is not None:
-            drives[each.frame.drive].append((each, each.actors))
+            seen[each.frame.drive, each.frame.vehicle].append((each, each.actors))
     result = []
-    for drive in drives.values():
+    for drive in seen.values():
         drive.sort(key=lambda each: each[0].frame.time)
         for (before, earlier), (after, later) in pairwise(drive):
             _, first, second = np.intersect1d(

@@ -41,7 +41,7 @@ def stored_frames(
 
     Args:
         kitti: Folder in KITTI's object layout.  Frames of one vehicle of a ``connected`` data set
-            belong to drives; all others are drives of their own.
+            belong to drives, which all of its vehicles share; all others are drives of their own.
         detections: The detector's result folder.
         split: The frames of ``ImageSets/SPLIT.txt``; all labelled ones if None.
         limit: The number of frames that are taken, the first ones; None: all.
@@ -58,24 +58,28 @@ def stored_frames(
     frames = []
     for id in ids:
         objects = data.labels(id, keep_dont_care=True)
-        drive, time = _place_in_drive(data.folder.parent.parent / "objects" / f"{id}.json", id)
+        drive, time = _place_in_drive(data.folder, id)
         actors = _actors(data.folder / "scene" / f"{id}.json", len(objects))
         frames.append(
-            DetectedFrame(objects, above(found[id], score_threshold), drive, time, actors)
+            DetectedFrame(
+                objects, above(found[id], score_threshold), drive, time, actors, str(data.folder)
+            )
         )
     return frames
 
 
-def _place_in_drive(path: Path, id: str) -> tuple[str, float]:
-    """The drive of a frame and the seconds since its start."""
+def _place_in_drive(folder: Path, id: str) -> tuple[str, float]:
+    """The drive of a frame, named with its data set, and the seconds since its start."""
+    root = folder.parent.parent
+    path = root / "objects" / f"{id}.json"
     if not is_there(path):
-        return id, 0.0
+        return f"{folder} {id}", 0.0
     facts = read_json_object(path, remedy=_REMEDY)
     try:
         check_fields(_Instant, facts)
     except ValueError as error:
         raise DataError(f"The file is damaged: {error}.", path=path, remedy=_REMEDY) from error
-    return str(facts["drive"]), PERIOD * facts["frame"]
+    return f"{root} {facts['drive']}", PERIOD * facts["frame"]
 
 
 def _actors(path: Path, count: int) -> NDArray[np.int64] | None:

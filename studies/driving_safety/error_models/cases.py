@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.attacks.patch_files import shipped_patch
+from avsec_gym.kitti.dataset import KittiObject
 
 DETECTORS = ("stereo_rcnn", "dsgn")
 FIT, CHECK = "fit", "check"
 """Data sets of connected vehicles: what models are fitted to, and what they are held against."""
 VEHICLES = (0, 1)
 DEAR_VEHICLES = (0,)
-"""Vehicles whose frames are attacked by gradients, which takes several times as long."""
+"""Vehicles whose frames are attacked by gradients, which takes ten times as long."""
+DEAREST, DEAREST_SHARE = "dsgn", 0.5
+"""The slowest detector, and in what share of the drives, the first ones, gradients attack it."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +29,14 @@ class Case:
         attack: The name of the attack in the error model's name; empty: none.
         arguments: The attack as the registry takes it, a shipped patch by its name; None: none.
         vehicles: The vehicles whose frames it sees.
+        share: Share of the frames, the first ones, that it sees.
     """
 
     detector: str
     attack: str
     arguments: dict[str, Any] | None
     vehicles: tuple[int, ...]
+    share: float = 1.0
 
     @property
     def name(self) -> str:
@@ -47,6 +52,15 @@ class Case:
         if "patch" in attack:
             attack["patch"] = str(shipped_patch(attack["patch"]))
         return {"name": "attacked", "detector": self.detector, "attack": attack, "seed": 0}
+
+    def ids(self, kitti: Path) -> list[str]:
+        """The frames of a vehicle that it sees.
+
+        Args:
+            kitti: The vehicle's folder.
+        """
+        every = KittiObject(kitti).ids(having=("label_2",))
+        return every[: round(self.share * len(every))]
 
     def folders(self, runs: Path, of: str) -> Iterator[tuple[Path, Path]]:
         """Labelled frames, and the case's detections in them: a pair for each vehicle.
@@ -68,4 +82,5 @@ def cases() -> Iterator[Case]:
         yield Case(detector, "", None, VEHICLES)
         yield Case(detector, "patch", {"name": "patch", "patch": detector}, VEHICLES)
     for detector in DETECTORS:
-        yield Case(detector, "thesis_pgd", {"name": "thesis_pgd"}, DEAR_VEHICLES)
+        share = DEAREST_SHARE if detector == DEAREST else 1.0
+        yield Case(detector, "thesis_pgd", {"name": "thesis_pgd"}, DEAR_VEHICLES, share)

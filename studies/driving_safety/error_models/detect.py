@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from avsec_gym import console
-from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.perception.result_folder import write_result_folder
 from studies.answer import exit_code
 from studies.driving_safety.error_models.cases import CHECK, FIT, cases
@@ -31,8 +30,9 @@ def detect(runs: Path) -> None:
         for of in (FIT, CHECK):
             for kitti, detections in case.folders(runs, of):
                 with console.progress(f"{case.name}: {of} {kitti.name}") as shown:
-                    ids = KittiObject(kitti).ids(having=("label_2",))
-                    write_result_folder(kitti, ids, case.asked, detections, on_progress=shown)
+                    write_result_folder(
+                        kitti, case.ids(kitti), case.asked, detections, on_progress=shown
+                    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -46,9 +46,10 @@ def _fitted(case: Case, runs: Path, out: Path) -> dict[str, Any]:
         "score_threshold": SCORE_THRESHOLD,
     }
     model = fit_error_model(_frames(case, runs, FIT), card)
-    checks = check_error_model(model, _frames(case, runs, CHECK))
-    rows = [{**asdict(each), "agrees": each.agrees} for each in checks]
-    model = replace(model, card={**model.card, "check": rows})
+    others = _frames(case, runs, CHECK)
+    rows = [{**asdict(each), "answer": each.answer} for each in check_error_model(model, others)]
+    drives = len({frame.drive for frame in others})
+    model = replace(model, card={**model.card, "check": rows, "check_drives": drives})
     out.mkdir(parents=True, exist_ok=True)
     write_error_model(out / f"{case.name}.json", model, overwrite=True)
     return {"name": case.name, **model.card}
@@ -56,9 +57,11 @@ def _fitted(case: Case, runs: Path, out: Path) -> dict[str, Any]:
 
 def _frames(case: Case, runs: Path, of: str) -> list[DetectedFrame]:
     return [
-        replace(frame, drive=f"{kitti.name} {frame.drive}")
+        frame
         for kitti, detections in case.folders(runs, of)
-        for frame in stored_frames(kitti, detections, score_threshold=SCORE_THRESHOLD)
+        for frame in stored_frames(
+            kitti, detections, limit=len(case.ids(kitti)), score_threshold=SCORE_THRESHOLD
+        )
     ]
 
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 
-from avsec_gym.closed_loop.error_model.check import FOUND_MARGIN, GHOST_MARGIN
+from avsec_gym.closed_loop.error_model.check import FOUND_MARGIN, GHOST_MARGIN, Answer
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
 from studies.driving_safety.error_models.result import CheckedModel, CheckedModels
 from studies.page_of_result import page_of_result
 
 _COMMAND = "Make it with `python -m studies.driving_safety.error_models.fit --json FILE`."
+_FITTED = ("name", "attack", "drives", "frames", "objects", "found, %", "ghosts a frame")
 _CHECKED = (
-    "name", "metres", "objects", "found, %", "model, %", "ghosts a frame", "model", "agrees",
+    "name", "metres", "objects", "found, %", "model, %", "ghosts a frame", "model", "answer",
 )  # fmt: skip
 
 
@@ -26,23 +27,26 @@ def error_models_page(result: CheckedModels) -> str:
         result: The result of `fit`.
     """
     models = result.models
-    agreeing = sum(each.agrees for model in models for each in model.checks)
-    ranges = sum(len(model.checks) for model in models)
+    answers = [each.answer for model in models for each in model.checks]
+    agree, differ, unknown = (answers.count(answer) for answer in Answer)
     lines = [
         "# Error models of the shipped detectors",
         "",
         "An error model stands in for a detector in closed-loop drives: misses, displaced boxes and"
         " ghosts are drawn as the detector was seen to make them (`avsec drive --error-model NAME`,"
         ' or `perception={"name": "error_model", "model": NAME}`). Each was fitted to procedural'
-        " drives of connected vehicles, judging assets, and is held here against other drives, with"
-        f" margins that stand in the code: found objects within {100 * FOUND_MARGIN:g} points or"
-        f" the measured share's 95 % interval (by drive), ghosts within {GHOST_MARGIN:g} a frame or"
-        f" two standard errors. {agreeing} of {ranges} ranges of distance agree.",
+        " drives of connected vehicles, judging assets, and is held here against other drives. The"
+        f" margins were set beforehand: {100 * FOUND_MARGIN:g} points of found objects, and"
+        f" {GHOST_MARGIN:g} ghosts a frame. A range of distance agrees where both differences, with"
+        " their 95 % intervals over drives, lie within the margins; it differs where one lies"
+        " outside; where one reaches beyond or nothing is there, these drives cannot tell."
+        f" Of {len(answers)} ranges, **{agree} agree, {differ} differ, and of {unknown} these"
+        " drives cannot tell**.",
         "",
         "## What they were fitted to",
         "",
         *markdown_table(
-            ["name", "attack", "drives", "frames", "objects", "found, %", "ghosts a frame"],
+            [*_FITTED, "drives held against"],
             [_fitted_row(model) for model in models],
         ),
         "",
@@ -66,6 +70,7 @@ def _fitted_row(model: CheckedModel) -> list[str]:
         str(model.objects),
         number(100 * model.found / model.objects, 1),
         number(model.ghosts / model.frames, 2),
+        UNKNOWN if model.check_drives is None else str(model.check_drives),
     ]
 
 
@@ -79,7 +84,7 @@ def _check_rows(model: CheckedModel) -> list[list[str]]:
             _percent(each.found_expected),
             f"{number(each.ghosts, 2)} ± {number(each.ghosts_error, 2)}",
             number(each.ghosts_expected, 2),
-            "yes" if each.agrees else "**no**",
+            f"**{each.answer}**" if each.answer == Answer.DIFFERS else str(each.answer),
         ]
         for each in model.checks
     ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from avsec_gym.closed_loop.error_model.check import RangeCheck
-from avsec_gym.experiments.json_rows import keyed
+from avsec_gym.experiments.json_rows import OPTIONAL, keyed
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,7 @@ class CheckedModel:
         found: Number of objects that were detected.
         ghosts: Number of detections of nothing.
         checks: Comparison with drives that it was not fitted to, by distance.
+        check_drives: Number of these drives; None: not counted.
     """
 
     name: str
@@ -33,6 +34,7 @@ class CheckedModel:
     found: int
     ghosts: int
     checks: Sequence[RangeCheck] = field(metadata=keyed("check"))
+    check_drives: int | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.closed_loop.error_model.check import check_error_model
+from avsec_gym.closed_loop.error_model.check import Answer, check_error_model
 from avsec_gym.closed_loop.error_model.drawn_errors import DrawnErrors
 from avsec_gym.closed_loop.error_model.fit import DetectedFrame, compared, fit_error_model
 from avsec_gym.closed_loop.error_model.matching import match
@@ -193,19 +193,48 @@ def test_files(tmp_path: Path) -> None:
 
 
 def test_held_against_other_frames() -> None:
-    frames = [frame for number in range(30, 45) for frame in drive(number, KNOWN, 10)]
+    frames = [frame for number in range(30, 110) for frame in drive(number, KNOWN, 2)]
     checks = check_error_model(KNOWN, frames)
     assert [(each.near, each.far) for each in checks] == [(0, 15), (15, 30), (30, 60)]
     assert sum(each.objects for each in checks) == sum(
         len(compared(frame).objects) for frame in frames
     )
-    assert all(each.agrees for each in checks)
+    assert {each.answer for each in checks} == {Answer.AGREES}
     blind = replace(KNOWN, found=(-9.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    assert not check_error_model(blind, frames)[0].agrees
+    assert check_error_model(blind, frames)[0].answer == Answer.DIFFERS
     haunted = replace(KNOWN, ghosts=replace(KNOWN.ghosts, rate=3.0))
     near, middle, far = check_error_model(haunted, frames)
-    assert not near.agrees
+    assert near.answer == Answer.DIFFERS
     assert middle.ghosts_expected == 0
     assert far.ghosts_expected == 1.5
-    unseen = check_error_model(KNOWN, [replace(frames[0], objects=cars([]))])[0]
+    unseen = check_error_model(KNOWN, [replace(frames[0], objects=cars([]), detections=cars([]))])[
+        0
+    ]
     assert (unseen.found, unseen.objects) == (None, 0)
+    assert unseen.answer == Answer.CANNOT_TELL
+
+
+def test_few_drives_cannot_tell_and_vehicles_of_one_drive_are_no_more() -> None:
+    """Wide intervals are no agreement: 5 of 100 against an expected 47 passed by one once."""
+    few = [frame for number in range(3) for frame in drive(number, KNOWN)]
+    alone = check_error_model(KNOWN, few)
+    assert {each.answer for each in alone} == {Answer.CANNOT_TELL}
+    both = check_error_model(KNOWN, [*few, *(replace(frame, vehicle="other") for frame in few)])
+    for one, two in zip(alone, both, strict=True):
+        assert two.found_interval == pytest.approx(one.found_interval, abs=1e-9)
+
+
+def test_two_vehicles_of_a_drive_are_two_rows_of_frames() -> None:
+    """What one sees does not follow what the other sees."""
+    frames = [frame for number in range(8) for frame in drive(number, KNOWN)]
+    others = [
+        replace(frame, vehicle="other", drive=str(int(frame.drive) - 8))
+        for number in range(8, 16)
+        for frame in drive(number, KNOWN)
+    ]
+    apart = fit_error_model(
+        [*frames, *(replace(each, drive=f"{each.drive}b") for each in others)], {}
+    )
+    together = fit_error_model([*frames, *others], {})
+    assert together.found_seconds == pytest.approx(apart.found_seconds)
+    assert (together.card["drives"], apart.card["drives"]) == (8, 16)

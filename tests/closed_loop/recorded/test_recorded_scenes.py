@@ -19,8 +19,7 @@ from avsec_gym.kitti.tracking import write_tracking_labels
 from avsec_gym.kitti.writing import write_drive_records
 from avsec_gym.world.drives import DriveScenes, drive_scenes
 from avsec_gym.world.export.tracks import Sighting, tracklets_of
-
-from .procedural_labels import drive_labels
+from studies.driving_safety.procedural_labels import drive_labels
 
 FRAMES = 91
 NAME = "2026_01_01_drive_0001_sync"

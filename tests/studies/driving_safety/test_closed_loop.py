@@ -20,6 +20,7 @@ from studies.driving_safety.closed_loop import (
     LoopTables,
     Ranking,
     judged_models,
+    pooled_rankings,
     ranking,
     table,
 )
@@ -57,6 +58,30 @@ def test_the_ranking_is_spearmans() -> None:
     low, high = found.interval
     assert -1 <= low <= found.rho <= high <= 1
     assert low > 0
+
+
+def test_rankings_are_pooled_over_sets_and_within_each_detector() -> None:
+    names = ("dsgn", "dsgn_patch", "dsgn_thesis_pgd", "stereo_rcnn", "stereo_rcnn_patch", "truth")
+    bad = dict(zip(names, (2, 4, 8, 1, 9, 0), strict=True))
+    drives: list[Any] = [
+        {
+            "setting": name,
+            "scenario": str(number),
+            "first_plan": "collision" if number < bad[name] else "safe",
+            "collision": number < 2 * bad[name] - (name == "dsgn_patch") * 5,
+        }
+        for name in names
+        for number in range(20)
+    ]
+    every, stereo, dsgn = pooled_rankings({"labels": drives, "drives": drives})
+    assert (every.of, stereo.of, dsgn.of) == ("", "stereo_rcnn", "dsgn")
+    assert list(dsgn.first_plans) == ["dsgn", "dsgn_patch", "dsgn_thesis_pgd"]
+    assert list(dsgn.loop) == ["dsgn_patch", "dsgn", "dsgn_thesis_pgd"]
+    assert dsgn.ranking.rho == pytest.approx(0.5)
+    assert stereo.ranking.rho is None, "two settings have no order worth a correlation"
+    assert "truth" not in every.loop
+    text = closed_loop_page(LoopTables(pooled=[every, stereo, dsgn]))
+    assert "| `dsgn` | dsgn < dsgn_patch < dsgn_thesis_pgd | dsgn_patch < dsgn <" in text
 
 
 def test_what_is_the_same_for_all_ranks_nothing() -> None:
