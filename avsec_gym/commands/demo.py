@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from avsec_gym.errors import AvsecError
 from avsec_gym.storage.regular_files import is_file, read_text
 
 if TYPE_CHECKING:
-    from avsec_gym.experiments.demo.rates import DemoRow
+    from avsec_gym.experiments.demo.story import StoryRow
 
 _NAME = "demo"
 _FIRST_LOOK = "avsec demo, at its beginning"
@@ -50,14 +51,13 @@ class Demo:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
-        from avsec_gym.experiments.chapter5.section.findings import outcomes_of
         from avsec_gym.experiments.demo.contested_frames import contested_frames
         from avsec_gym.experiments.demo.drive_ahead import drives_ahead
         from avsec_gym.experiments.demo.drive_on import FOLDER as DRIVES
         from avsec_gym.experiments.demo.drive_on import drive_on
         from avsec_gym.experiments.demo.experiment import unpatched
-        from avsec_gym.experiments.demo.rates import demo_rows
-        from avsec_gym.experiments.json_rows import as_json
+        from avsec_gym.experiments.demo.story import StoryRow
+        from avsec_gym.experiments.json_rows import row_of
         from avsec_gym.experiments.procedural_frames import CONTESTED
         from avsec_gym.runs.run_folder import RunFolder
         from avsec_gym.world.export import MOST_FRAMES
@@ -80,11 +80,8 @@ class Demo:
             if beside:
                 contested_frames(self.scenarios, self.seed, self._jobs - 1)
             ran = asked.ran(_FirstScene(self.out, self.scenarios), (PAGE, DRIVES) if is_new else ())
-            # Its figures, and its episodes on the page, before the drives are done.
+            # Its episodes on the page, before the drives are done.
             folder, page = RunFolder.open(self.out), Report(self.out, pictures=_PICTURES)
-            rows = demo_rows(outcomes_of(folder))
-            if not self.json:
-                _print(rows)
             for detector in unpatched(folder.configuration.options):
                 console.say(f"avsec: no patch against {detector}: there is no trained one here")
             if ahead.is_busy():
@@ -93,21 +90,16 @@ class Demo:
             with console.progress("driving on") as shown:
                 ahead.wait(shown)
         with console.progress("driving on") as shown:
-            drive_on(drives, self.seed, self._jobs, shown)
-        # The page with the drives, and a sentence for each finding.
+            drive_on(drives, self.seed, self._jobs, shown, control=self._is_report)
+        # The page with the drives, what was seen in sentences, and its figures.
         report, reported = page.written()
-        if self.json:
-            story = report.data.get("story", [])
-            driven = report.data.get("drives", [])
-            figures = {
-                "out": str(self.out),
-                "story": story,
-                "rates": as_json(rows),
-                "drives": driven,
-            }
-            console.print_json("demo", figures)
         for sentence in report.sentences:
             console.say(sentence)
+        figures = {name: report.data.get(name, []) for name in ("story", "rates", "drives")}
+        if self.json:
+            console.print_json("demo", {"out": str(self.out), **figures})
+        else:
+            _print([row_of(StoryRow, columns) for columns in figures["story"]])
         console.say(f"{self.out / PAGE}: the episodes in pictures")
         return max(ran, reported)
 
@@ -120,6 +112,13 @@ class Demo:
         usual = usual_workers([usable_cores()], threads=1)
         return max(usual if self.workers is None else self.workers, 1)
 
+    @property
+    def _is_report(self) -> bool:
+        """Whether there are scenes enough for a report."""
+        from avsec_gym.experiments.demo.experiment import FULL_REPORT
+
+        return self.scenarios >= FULL_REPORT
+
     def _is_new(self) -> bool:
         """Whether there is no run yet: nothing, or what a demo that was stopped had begun with."""
         from avsec_gym.experiments.demo.drive_on import FOLDER, are_demo_drives
@@ -128,7 +127,8 @@ class Demo:
         make_folder(self.out)
         there = [path for path in self.out.iterdir() if not path.name.startswith(".")]
         return all(
-            _is_first_look(path) or (path.name == FOLDER and are_demo_drives(path, self.seed))
+            _is_first_look(path)
+            or (path.name == FOLDER and are_demo_drives(path, self.seed, control=self._is_report))
             for path in there
         )
 
@@ -177,36 +177,27 @@ class _FirstScene:
                 console.say(f"{self._out / PAGE}: the first scene in a picture; others follow")
 
 
-def _print(rows: list[DemoRow]) -> None:
-    from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+def _print(rows: Sequence[StoryRow]) -> None:
+    """Cars that each detector found, and episodes that stayed safe, before an attack and after."""
+    from avsec_gym.experiments.chapter5.attack_names import detector_name
+    from avsec_gym.experiments.chapter5.settings import UNATTACKED
 
-    episodes = rows[0].rates.scenarios
+    before = {row.detector: row for row in rows if row.attack == UNATTACKED}
+    attacked = [row for row in rows if row.attack != UNATTACKED and row.detector in before]
+    if not attacked:
+        return
     console.print_table(
-        f"{episodes} episodes left, straight and right, % with 95 % intervals by scene;"
-        f" AP: cars, 3D, moderate, 11 points{_ceiling(rows)}",
-        ["detector", "attack", "AP 0.7", "AP 0.5", "success", "collision", "safe driving"],
+        f"{attacked[0].cars} cars, and {attacked[0].episodes} episodes with something in the way",
+        ["detector", "attack", "found before", "found after", "safe before", "safe after"],
         [
             [
-                "ground truth" if row.detector is None else detector_name(row.detector),
-                "–" if row.detector is None else attack_name(row.attack, row.strength),
-                *(_points(precision) for precision in (row.precision, row.precision_iou_low)),
-                *(
-                    console.percent(rates[name], rates[f"{name}_interval"])
-                    for name in ("success_rate", "collision_rate", "safe_driving_rate")
-                ),
+                detector_name(row.detector),
+                row.name,
+                str(before[row.detector].found),
+                str(row.found),
+                str(before[row.detector].safe),
+                str(row.safe),
             ]
-            for row, rates in ((row, row.rates.to_json()) for row in rows)
+            for row in attacked
         ],
     )
-
-
-def _ceiling(rows: list[DemoRow]) -> str:
-    """How many cars that is of, and what perfect detections of so few reach."""
-    counted = [row for row in rows if row.labels]
-    if not counted:
-        return ""
-    return f", {counted[0].labels} cars: at most {counted[0].precision_ceiling:.1f}"
-
-
-def _points(precision: float | None) -> str:
-    return "–" if precision is None else f"{precision:.1f}"

@@ -60,15 +60,26 @@ def test_from_nothing_to_the_page_and_once_more(
     usual = ("demo", "--scenarios", 4, "--workers", 0)
     assert ends(*usual) == DONE
     told = capsys.readouterr()
-    for words in ("12 episodes", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
+    for words in (
+        "with something in the way", "found before", "safe after", "DSGN", "Stereo R-CNN",
+        "thesis PGD α 1, n 4", "trained patch, random place",
+    ):  # fmt: skip
         assert words in told.out
+    # What was seen stands in sentences first; precision stands on the page.
+    assert "Unattacked: it reaches its goal" in told.err
+    assert "A grey patch is the control" in told.err
+    assert "AP" not in told.out
     assert [line for line in told.err.splitlines() if "report.html" in line] == [
         "runs/demo/report.html: what it is about, in a picture; then come the attacks",
         "runs/demo/report.html: the first scene in a picture; others follow",
         "runs/demo/report.html: the episodes in pictures",
     ]
     out = tmp_path / "runs/demo"
-    assert "PGD" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    for words in ("PGD", "AP at 0.7", "4 scenes show what attacks do", "trained patch, random"):
+        assert words in page
+    for words in ("random patch", "in italics"):
+        assert words not in page
     finished = [cell.finished for cell in RunFolder.open(out).cells()]
 
     # Given again, it does nothing anew but the page, and `avsec run` knows the run as its own.

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.attacks.patch_files import Patch, save_patch
+from avsec_gym.attacks.patch_files import Patch, PatchCard, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands.demo import Demo
 from avsec_gym.experiments import procedural_frames
@@ -16,8 +16,11 @@ from avsec_gym.experiments.chapter5 import attacked_cells, attacked_episodes, tr
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
 from avsec_gym.experiments.demo import contested_frames
-from avsec_gym.experiments.demo.experiment import DEMO, SCENES, unpatched
+from avsec_gym.experiments.demo import rates as demo_rates
+from avsec_gym.experiments.demo.experiment import DEMO, FULL_REPORT, SCENES, unpatched
+from avsec_gym.experiments.demo.patch_in_words import grey_in_words
 from avsec_gym.experiments.demo.rates import demo_rows
+from avsec_gym.experiments.demo.section import rate_table
 from avsec_gym.experiments.demo.story import HIT, contested_ways, hits, sentences, story_rows
 from avsec_gym.metrics.average_precision_curves import best_average_precisions
 from avsec_gym.metrics.intervals import wilson_interval
@@ -113,6 +116,63 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     assert (patch.rates.success_rate, patch.rates.collision_rate) == (0.5, 0.0)
 
 
+def test_few_scenes_are_called_few_and_precision_has_intervals_where_there_are_more(
+    made: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = made.names(6)
+    results = made.MadeResults()
+    results.add(Condition("dsgn"), names)
+    results.add(Condition("dsgn", "patch-random"), names, lost=names[:2])
+    few = demo_rows(made.outcomes(results, names))
+    table = rate_table(few, len(names))
+    assert [row.precision_interval for row in few] == [None] * 3
+    assert "6 scenes show what attacks do, not how often" in table.note
+    assert "bootstrap" not in table.note
+    assert table.rows[-1][1].text == "trained patch, random place"
+
+    monkeypatch.setattr(demo_rates, "FULL_REPORT", len(names))
+    found = made.outcomes(results, names)
+    _, clean, patch = demo_rows(found)
+    strict = precision_rows(found)[-1].precision["3d"]["ap11_interval"][1]
+    assert patch.precision_interval == pytest.approx(strict, abs=1e-3)
+    assert (clean.precision, patch.precision) == (few[1].precision, few[2].precision)
+    table = rate_table([few[0], clean, patch], FULL_REPORT)
+    assert "not how often" not in table.note
+    assert "of AP by bootstrap over scenes" in table.note
+    assert all(cell.interval for cell in table.rows[-1][-2:])
+
+
+class MadeRun:
+    """What is asked of a run: its patches' folder, and their hashes."""
+
+    def __init__(self, patches: Path, hashes: dict[str, str]) -> None:
+        self.configuration = Configuration(options={"patches": str(patches)})
+        inputs = {f"patch {name}": {"sha256": sha256} for name, sha256 in hashes.items()}
+        self.manifest = {"inputs": inputs}
+
+
+def test_a_grey_patch_is_named_beside_a_trained_one_by_the_card_of_the_run(tmp_path: Path) -> None:
+    losses = {"dsgn": (2.1112, 2.1031), "stereo_rcnn": (3.6433, -7.4539)}
+    hashes = {}
+    for detector, (grey, trained) in losses.items():
+        card = PatchCard(losses={"grey": {detector: grey}, "patch": {detector: trained}})
+        patch = Patch(Patch.grey().pixels, card=card)
+        kept = save_patch(tmp_path / f"{detector}.safetensors", patch).card
+        assert kept is not None
+        hashes[detector] = kept.sha256
+    run: Any = MadeRun(tmp_path, hashes)
+    words = grey_in_words(run, losses)
+    assert "against DSGN 2.111 grey and 2.103 trained, so that grey does about the same;" in words
+    assert words.endswith("against Stereo R-CNN 3.643 grey and −7.454 trained.")
+    # Of another patch than the run's, of none, and without losses nothing is known.
+    other: Any = MadeRun(tmp_path, {**hashes, "dsgn": "0" * 64})
+    assert "DSGN" not in grey_in_words(other, losses)
+    assert grey_in_words(run, ["joint"]) == ""
+    assert grey_in_words(run, []) == ""
+    save_patch(tmp_path / "dsgn.safetensors", Patch.grey())
+    assert grey_in_words(run, ["dsgn"]) == ""
+
+
 def test_the_story_counts_cars_and_the_episodes_in_which_something_is_in_the_way(
     made: ModuleType,
 ) -> None:
@@ -131,7 +191,7 @@ def test_the_story_counts_cars_and_the_episodes_in_which_something_is_in_the_way
     assert "these 3 episodes" in tried
     assert f"DSGN finds {cars} of {cars} cars" in happened
     assert "safely in 2 of 3" in happened
-    assert f"it finds {cars // 4}, and the car drives safely in 1" in happened
+    assert f"; thesis PGD α 1, n 4: {cars // 4} cars, safely in 1." in happened
     assert list(sentences(story_rows(found, set(), 0.3))) == []
     # The episode that was made unsafe, not that which was unsafe before, nor one with a free way.
     first, *others = hits(found, ways, 4, 0.3)

@@ -10,7 +10,8 @@ import pytest
 from avsec_gym.drives.drive_folder import RECORD
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.demo.drive_ahead import drives_ahead
-from avsec_gym.experiments.demo.drive_on import are_demo_drives, drive_on, driven_rows
+from avsec_gym.experiments.demo.drive_on import are_demo_drives, drive_on
+from avsec_gym.experiments.demo.drive_section import driven_rows
 
 
 def test_one_process_alone_begins_none(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from avsec_gym.experiments.chapter5.settings import (
     NOISES,
     PERTURBATIONS,
@@ -14,6 +16,8 @@ from avsec_gym.experiments.chapter5.settings import (
 from avsec_gym.experiments.chapter5.stronger_attacks import STRONGER
 from avsec_gym.experiments.thesis import NAMES
 
+AttackName = Callable[[str, float, bool], str]
+"""Words an attack by its key, its strength, and whether pixels were rounded, as `attack_name`."""
 _STRONGER = {attack.name: attack.words for attack in STRONGER}
 _PATCHES = {"patch": "patch", "joint": "joint patch", "grey": "grey disc"}
 

@@ -16,9 +16,13 @@ from avsec_gym.experiments.chapter5.true_episodes import true_cells
 from avsec_gym.experiments.procedural_frames import CONTESTED
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 
-_PATCH = PATCHES[0]
+PATCH = PATCHES[0]
+"""The detector's own patch, in a random place."""
 SCENES = 3
 """As many scenes as are done within three minutes on two cores, from nothing."""
+FULL_REPORT = 100
+"""The fewest scenes with which a demo is a report: rates tell how often something happens,
+precision has intervals, and the validator also drives without a laser."""
 
 
 def unpatched(options: Options) -> tuple[str, ...]:
@@ -31,7 +35,7 @@ def _demo_cells(configuration: Configuration) -> list[Cell]:
     without = unpatched(configuration.options)
     cells = true_cells(configuration)
     for detector in DETECTORS:
-        patches = () if detector in without else (_PATCH,)
+        patches = () if detector in without else (PATCH,)
         attacks = (UNATTACKED, PERTURBATIONS[-1], *patches)
         cells += attacked_cells(configuration, attacks, (detector,))
     return cells

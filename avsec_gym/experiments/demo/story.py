@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from itertools import groupby
 
 from avsec_gym.evaluation.contested import is_contested
-from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.experiments.chapter5.flips import flips
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.section.telling_scenes import Telling, telling_scenes
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, UNATTACKED
+from avsec_gym.experiments.demo.patch_in_words import demo_attack_name
 from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.kitti.detections import above
 from avsec_gym.scenario.frame_scenes import FrameScenes
@@ -49,7 +50,7 @@ class StoryRow:
     @property
     def name(self) -> str:
         """What the attack is called."""
-        return attack_name(self.attack, self.strength)
+        return demo_attack_name(self.attack, self.strength)
 
 
 def contested_ways(scenes: FrameScenes) -> frozenset[Way]:
@@ -114,7 +115,7 @@ def sentences(rows: Sequence[StoryRow]) -> Iterator[str]:
         clean = [row for row in own if row.attack == UNATTACKED]
         for before in clean:
             attacked = "".join(
-                f"; under {row.name} it finds {row.found}, and the car drives safely in {row.safe}"
+                f"; {row.name}: {row.found} cars, safely in {row.safe}"
                 for row in own
                 if row.attack != UNATTACKED
             )

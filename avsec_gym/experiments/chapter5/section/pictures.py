@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avsec_gym.errors import AvsecError
+from avsec_gym.experiments.chapter5.attack_names import AttackName, attack_name
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.patch_spreads import SpreadRow
 from avsec_gym.experiments.chapter5.scenes import OPTIONS
@@ -28,6 +29,7 @@ def strips_of(
     outcomes: Outcomes | None,
     request: ReportRequest,
     choose: Callable[[Outcomes, int, float], list[Telling]] | None = None,
+    name: AttackName = attack_name,
 ) -> tuple[list[SceneStrip], list[str]]:
     """Strips of the most telling scenes, and the reason if there are none.
 
@@ -39,6 +41,7 @@ def strips_of(
         request: The number of pictures that are asked for.
         choose: The function that picks the shown episodes, of the outcomes, at most how many, and
             the least score of a detection that is planned on; None: `telling_scenes`.
+        name: The function that words attacks.
     """
     from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
 
@@ -57,7 +60,7 @@ def strips_of(
         try:
             episodes = attacked_episodes.AttackedEpisodes(run.configuration)
             with request.progress("repeating attacks") as on_progress:
-                strips = scene_strips(missing, outcomes, episodes, on_progress)
+                strips = scene_strips(missing, outcomes, episodes, on_progress, name)
         except AvsecError as error:
             return [], [f"no pictures: {error}"]
         made.update(zip(missing, strips, strict=True))

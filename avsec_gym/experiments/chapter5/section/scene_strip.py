@@ -20,7 +20,7 @@ from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.episode_drawing import draw_episode_from_above
 from avsec_gym.drawing.turnable_scene.page_part import turnable_part
 from avsec_gym.drawing.turnable_scene.scene_data import DrivenBelief, turnable_scene
-from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.attack_names import AttackName, attack_name, detector_name
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.section.telling_scenes import Telling
 from avsec_gym.experiments.chapter5.seen import found_cars
@@ -112,6 +112,7 @@ def scene_strips(
     outcomes: Outcomes,
     episodes: Repeats,
     on_progress: Progress = no_progress,
+    name: AttackName = attack_name,
 ) -> list[SceneStrip]:
     """A strip for each episode.
 
@@ -120,13 +121,14 @@ def scene_strips(
         outcomes: The outcomes of the run.
         episodes: The work that repeats them.
         on_progress: Function that gets the number that is done, and of all.
+        name: The function that words attacks.
 
     Raises:
         DataError: An image is no longer there.
     """
     strips = []
     for number, one in enumerate(telling, start=1):
-        strips.append(_strip(one, outcomes, episodes))
+        strips.append(_strip(one, outcomes, episodes, name))
         on_progress(number, len(telling))
     return strips
 
@@ -149,7 +151,7 @@ def amplified(
     return np.clip(_GREY + factor * change, 0, 255).round().astype(np.uint8), factor, largest
 
 
-def _strip(telling: Telling, outcomes: Outcomes, episodes: Repeats) -> SceneStrip:
+def _strip(telling: Telling, outcomes: Outcomes, episodes: Repeats, name: AttackName) -> SceneStrip:
     runs = [
         episodes.again(
             condition.detector,
@@ -166,12 +168,12 @@ def _strip(telling: Telling, outcomes: Outcomes, episodes: Repeats) -> SceneStri
     detector = detector_name(telling.conditions[0].detector)
     title = f"{detector}, scene {telling.scenario}, {telling.intention}"
     names = [
-        attack_name(condition.attack, condition.strength, condition.whole_levels)
+        name(condition.attack, condition.strength, condition.whole_levels)
         for condition in telling.conditions
     ]
     driven = [
-        DrivenBelief(name, run.episode, run.perception.believed)
-        for name, run in zip(names, runs, strict=True)
+        DrivenBelief(words, run.episode, run.perception.believed)
+        for words, run in zip(names, runs, strict=True)
     ]
     real = truth[truth.category != DONT_CARE]
     scene = turnable_scene(title, driven, real, frame=runs[0].frame)
@@ -179,8 +181,8 @@ def _strip(telling: Telling, outcomes: Outcomes, episodes: Repeats) -> SceneStri
         title=title,
         rule=telling.rule,
         views=tuple(
-            _view(condition, run, truth, _stored(outcomes, telling, condition))
-            for condition, run in zip(telling.conditions, runs, strict=True)
+            _view(words, run, truth, _stored(outcomes, telling, condition))
+            for words, condition, run in zip(names, telling.conditions, runs, strict=True)
         ),
         difference=embedded(picture),
         factor=factor,
@@ -189,15 +191,13 @@ def _strip(telling: Telling, outcomes: Outcomes, episodes: Repeats) -> SceneStri
     )
 
 
-def _view(
-    condition: Condition, run: PipelineRun, truth: Boxes3D, stored: SafetyRecord
-) -> EpisodeView:
+def _view(title: str, run: PipelineRun, truth: Boxes3D, stored: SafetyRecord) -> EpisodeView:
     image = np.rint(np.clip(run.frame.image(LEFT), 0, 255)).astype(np.uint8)
     record, believed = run.episode.record, run.perception.believed
     found = found_cars(believed, truth)
     hit = f", but touches a real object after {record.collision_time:.1f} s"
     return EpisodeView(
-        title=attack_name(condition.attack, condition.strength, condition.whole_levels),
+        title=title,
         image=embedded(image),
         size=(image.shape[1], image.shape[0]),
         real=_outlines(run.frame, truth[truth.category != DONT_CARE]),
