@@ -89,7 +89,7 @@ def report_other_weights(
         message = (
             f"the agent {agent} was trained against other weights of the {name}"
             f" ({', '.join(each[:8] for each in others)}) than it plays against now"
-            f" ({today[name][:8]}): what it reaches here says little of an agent that was trained"
+            f" ({today[name][:8]}): what it reaches here is no measure of an agent that was trained"
             " against these.  `avsec agents train` trains one."
         )
         if message not in _REPORTED:

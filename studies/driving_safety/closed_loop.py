@@ -6,7 +6,7 @@ reads what `avsec drive` left in the folders of `SETS` below that folder, of the
 there; studies/catalogue.toml has the commands.  ``labels``, ``drives`` and ``tracking`` are driven
 with truth, blind, and every shipped error model.  ``rendered``, ``rendered_pgd`` and ``models``
 render: all three drive contested scenes (`contested_drives`), since an error model has nothing to
-validate, and little is told by drives in which nothing is in the way.  In ``models`` error models
+validate, and drives in which nothing is in the way show little.  In ``models`` error models
 are driven beside what they are models of: a setting ``rendered_dsgn_patch`` beside the error model
 ``dsgn_patch``.  `closed_loop_page` shows the result.
 Settings that are added, such as an error model of a detector under an attack, come into the table
@@ -81,7 +81,7 @@ class PooledRanking:
     """A ranking over the scenes of all `MODELLED` sets.
 
     Args:
-        of: Whose settings are ranked: a detector's, left alone and attacked; empty: all.
+        of: The detector whose settings are ranked, left alone and attacked; empty: all.
         first_plans: The settings, that with the fewest unsafe first plans first.
         loop: The settings, that with the fewest collisions first.
         ranking: The rank correlation of both.

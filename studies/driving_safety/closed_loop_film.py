@@ -33,11 +33,11 @@ def most_telling(scenes: Sequence[DrivenScene]) -> DrivenScene:
         scenes: Scenes with a drive for each of `SETTINGS`, in this order.
     """
 
-    def told(scene: DrivenScene) -> tuple[int, int]:
+    def differences(scene: DrivenScene) -> tuple[int, int]:
         clean, attacked, defended = map(how_bad, scene.rows)
         return attacked - clean, attacked - defended
 
-    return max(scenes, key=told)
+    return max(scenes, key=differences)
 
 
 def film_lines() -> list[str]:

@@ -73,7 +73,7 @@ NETWORKS = {
 }
 """PIXOR finds no height, and a single image no place in space."""
 DRIVING_SCORE = Pipeline.score_threshold
-"""The least score of boxes that a car plans with, unless it is told another."""
+"""The least score of boxes that a car plans with, unless another is given."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class RealFrames:
     frames: list[str]
     counts: Counts = field(metadata=FLAT)
     driving: Counts | None = field(default=None, metadata=OPTIONAL)
-    """From `DRIVING_SCORE` on, which hangs on no other frames."""
+    """Counts from `DRIVING_SCORE` on, which hangs on no other frames."""
 
 
 @dataclass(frozen=True)

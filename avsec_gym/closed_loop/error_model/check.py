@@ -64,7 +64,7 @@ class RangeCheck:
 
     @property
     def answer(self) -> Answer:
-        """Of misses and ghosts together: both have to agree, and either may differ."""
+        """The answer of misses and ghosts together: both have to agree, and either may differ."""
         ghosts, error = self.ghosts - self.ghosts_expected, 2 * self.ghosts_error
         answers = {_answer(ghosts - error, ghosts + error, GHOST_MARGIN)}
         if self.found_expected is None or self.found_interval is None:
