@@ -37,10 +37,10 @@ def test_a_constant_is_found_and_judged(monkeypatch: pytest.MonkeyPatch) -> None
         {"name": "layouts", "seed": 0, "count": 8},
         {"name": "layouts", "seed": 7, "count": 8},
     )
-    small = AttackedGame("avsec/GhostObject-v0", scenes, 4000, 100, 256)
+    small = AttackedGame("avsec/GhostObject-v0", scenes, 8000, 100, 256)
     monkeypatch.setitem(attacked_games.GAMES, "small", small)
     found = constant_of("small", 0)
-    assert found.steps <= 4000
+    assert found.steps <= 8000
     assert len(found.action) == 8
     assert found.held_out.of == found.searched.of == 100
     assert found.searched.rate is not None
