@@ -104,7 +104,7 @@ class ErrorModelCheck:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.closed_loop.error_model.check import Answer, check_error_model
+        from avsec_gym.closed_loop.error_model.check import Agreement, check_error_model
         from avsec_gym.closed_loop.error_model.shipped import named_error_model
 
         model = named_error_model(self.model)
@@ -112,7 +112,7 @@ class ErrorModelCheck:
         if threshold is None:
             threshold = float(model.card.get("score_threshold", 0.3))
         checks = check_error_model(model, _frames(self, threshold))
-        agrees = all(each.answer == Answer.AGREES for each in checks)
+        agrees = all(each.answer == Agreement.AGREES for each in checks)
         if self.json:
             rows = [{**asdict(each), "answer": each.answer} for each in checks]
             console.print_json("error-model.check", {"ranges": rows, "agrees": agrees})

@@ -27,7 +27,7 @@ GHOST_MARGIN = 0.1
 """How far the number of ghosts in a frame may lie from the model's."""
 
 
-class Answer(StrEnum):
+class Agreement(StrEnum):
     """Whether a model does as its detector does."""
 
     AGREES = "agrees"
@@ -63,18 +63,18 @@ class RangeCheck:
     ghosts_expected: float
 
     @property
-    def answer(self) -> Answer:
+    def answer(self) -> Agreement:
         """The answer of misses and ghosts together: both have to agree, and either may differ."""
         ghosts, error = self.ghosts - self.ghosts_expected, 2 * self.ghosts_error
         answers = {_answer(ghosts - error, ghosts + error, GHOST_MARGIN)}
         if self.found_expected is None or self.found_interval is None:
-            answers.add(Answer.CANNOT_TELL)
+            answers.add(Agreement.CANNOT_TELL)
         else:
             low, high = (bound - self.found_expected for bound in self.found_interval)
             answers.add(_answer(low, high, FOUND_MARGIN))
-        if Answer.DIFFERS in answers:
-            return Answer.DIFFERS
-        return Answer.AGREES if answers == {Answer.AGREES} else Answer.CANNOT_TELL
+        if Agreement.DIFFERS in answers:
+            return Agreement.DIFFERS
+        return Agreement.AGREES if answers == {Agreement.AGREES} else Agreement.CANNOT_TELL
 
 
 def check_error_model(model: ErrorModel, frames: Sequence[DetectedFrame]) -> list[RangeCheck]:
@@ -119,11 +119,11 @@ def _range_check(
     )
 
 
-def _answer(low: float, high: float, margin: float) -> Answer:
+def _answer(low: float, high: float, margin: float) -> Agreement:
     """By the interval of a difference."""
     if low > margin or high < -margin:
-        return Answer.DIFFERS
-    return Answer.AGREES if -margin <= low and high <= margin else Answer.CANNOT_TELL
+        return Agreement.DIFFERS
+    return Agreement.AGREES if -margin <= low and high <= margin else Agreement.CANNOT_TELL
 
 
 def _distances(poses: Floats) -> Floats:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 
-from avsec_gym.closed_loop.error_model.check import FOUND_MARGIN, GHOST_MARGIN, Answer
+from avsec_gym.closed_loop.error_model.check import FOUND_MARGIN, GHOST_MARGIN, Agreement
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
 from studies.driving_safety.error_models.result import CheckedModel, CheckedModels
 from studies.page_of_result import page_of_result
@@ -28,7 +28,7 @@ def error_models_page(result: CheckedModels) -> str:
     """
     models = result.models
     answers = [each.answer for model in models for each in model.checks]
-    agree, differ, unknown = (answers.count(answer) for answer in Answer)
+    agree, differ, unknown = (answers.count(answer) for answer in Agreement)
     lines = [
         "# Error models of the shipped detectors",
         "",
@@ -84,7 +84,7 @@ def _check_rows(model: CheckedModel) -> list[list[str]]:
             _percent(each.found_expected),
             f"{number(each.ghosts, 2)} ± {number(each.ghosts_error, 2)}",
             number(each.ghosts_expected, 2),
-            f"**{each.answer}**" if each.answer == Answer.DIFFERS else str(each.answer),
+            f"**{each.answer}**" if each.answer == Agreement.DIFFERS else str(each.answer),
         ]
         for each in model.checks
     ]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.closed_loop.error_model.check import Answer, check_error_model
+from avsec_gym.closed_loop.error_model.check import Agreement, check_error_model
 from avsec_gym.closed_loop.error_model.drawn_errors import DrawnErrors
 from avsec_gym.closed_loop.error_model.fit import DetectedFrame, compared, fit_error_model
 from avsec_gym.closed_loop.error_model.matching import match
@@ -199,26 +199,26 @@ def test_held_against_other_frames() -> None:
     assert sum(each.objects for each in checks) == sum(
         len(compared(frame).objects) for frame in frames
     )
-    assert {each.answer for each in checks} == {Answer.AGREES}
+    assert {each.answer for each in checks} == {Agreement.AGREES}
     blind = replace(KNOWN, found=(-9.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    assert check_error_model(blind, frames)[0].answer == Answer.DIFFERS
+    assert check_error_model(blind, frames)[0].answer == Agreement.DIFFERS
     haunted = replace(KNOWN, ghosts=replace(KNOWN.ghosts, rate=3.0))
     near, middle, far = check_error_model(haunted, frames)
-    assert near.answer == Answer.DIFFERS
+    assert near.answer == Agreement.DIFFERS
     assert middle.ghosts_expected == 0
     assert far.ghosts_expected == 1.5
     unseen = check_error_model(KNOWN, [replace(frames[0], objects=cars([]), detections=cars([]))])[
         0
     ]
     assert (unseen.found, unseen.objects) == (None, 0)
-    assert unseen.answer == Answer.CANNOT_TELL
+    assert unseen.answer == Agreement.CANNOT_TELL
 
 
 def test_few_drives_cannot_tell_and_vehicles_of_one_drive_are_no_more() -> None:
     """Wide intervals are no agreement: 5 of 100 against an expected 47 passed by one once."""
     few = [frame for number in range(3) for frame in drive(number, KNOWN)]
     alone = check_error_model(KNOWN, few)
-    assert {each.answer for each in alone} == {Answer.CANNOT_TELL}
+    assert {each.answer for each in alone} == {Agreement.CANNOT_TELL}
     both = check_error_model(KNOWN, [*few, *(replace(frame, vehicle="other") for frame in few)])
     for one, two in zip(alone, both, strict=True):
         assert two.found_interval == pytest.approx(one.found_interval, abs=1e-9)
