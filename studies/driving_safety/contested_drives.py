@@ -3,10 +3,9 @@
     python -m studies.driving_safety.contested_drives find --seed 17 --count 50 --out FILE
     python -m studies.driving_safety.contested_drives drive --of FILE --settings truth blind ...
 
-A procedural drive straight on is contested if a car that sees nothing is to blame for a collision
-there and one that knows the truth reaches its goal.  Elsewhere detectors and attacks differ by
-little, and an error model that is never put to the test passes.  No detector is asked, so that the
-rule favours none.  `drive` is `avsec drive` with these scenes: it takes all other options of that.
+`avsec_gym.drives.contested_drives` has the rule.  Elsewhere detectors and attacks differ by little,
+and an error model that is never put to the test passes.  `drive` is `avsec drive` with these
+scenes: it takes all other options of that.
 """
 
 from __future__ import annotations
@@ -21,9 +20,7 @@ from typing import Any
 
 from avsec_gym import console
 from avsec_gym.cli import run
-from avsec_gym.closed_loop.drive_record import Outcome
-from avsec_gym.drives.one_drive import DriveTask, drive
-from avsec_gym.drives.setting import DriveSetting
+from avsec_gym.drives.contested_drives import contested_drives
 from avsec_gym.errors import DataError
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
@@ -31,7 +28,6 @@ from studies.answer import exit_code
 
 MOST_SCENES = 5000
 """Procedural drives that are looked at, at most; some four in a hundred are contested."""
-_STRAIGHT = "straight"
 _REMEDY = "Run `contested_drives find` again."
 
 
@@ -60,23 +56,14 @@ def find_contested(scenarios: dict[str, Any], count: int) -> ContestedDrives:
     Raises:
         DataError: There are fewer.
     """
-    blind, truth = (
-        DriveSetting(name, {"perception": name}).environment(scenarios)
-        for name in ("blind", "truth")
-    )
-    scenes: Any = blind.unwrapped
     found: list[str] = []
     with console.progress("contested drives") as shown:
-        for number, id in enumerate(scenes.scenes.ids):
-            task = DriveTask("", id, _STRAIGHT, number)
-            if not drive(blind, task).row["at_fault"]:
-                continue
-            if drive(truth, task).row["outcome"] == Outcome.GOAL:
-                found.append(str(id))
-                shown(len(found), count)
+        for number, id in contested_drives(scenarios):
+            found.append(id)
+            shown(len(found), count)
             if len(found) == count:
                 return ContestedDrives(scenarios, found, number + 1)
-    raise DataError(f"Of {len(scenes.scenes.ids)} drives, {len(found)} are contested.")
+    raise DataError(f"Of {scenarios['count']} drives, {len(found)} are contested.")
 
 
 def read_contested(path: Path) -> ContestedDrives:

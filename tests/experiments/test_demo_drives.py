@@ -89,7 +89,7 @@ def test_what_a_search_passes_over_is_counted_by_the_condition_that_it_fails(
             self.row = next(driven)
 
     monkeypatch.setattr(
-        search, "_contested_drives", lambda asked: ((number, f"drive-{number}") for number in ends)
+        search, "contested_drives", lambda asked: ((number, f"drive-{number}") for number in ends)
     )
     monkeypatch.setattr(search, "drive", Made)
     unattacked, attacked = (DriveSetting(name, {"perception": "truth"}) for name in "ab")

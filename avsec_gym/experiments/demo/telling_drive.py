@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from avsec_gym.drives.contested_drives import contested_drives
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.one_drive import DriveTask, drive
 from avsec_gym.drives.setting import DriveSetting
@@ -86,7 +87,7 @@ def contested_drive(scenarios: dict[str, Any]) -> str:
     Raises:
         DataError: None of the scenes is such a one.
     """
-    for _, scene in _contested_drives(scenarios):
+    for _, scene in contested_drives(scenarios):
         return scene
     raise DataError(
         f"of {scenarios['count']} procedural drives, none is contested.",
@@ -110,7 +111,7 @@ def telling_drive(
     """
     environments = [(each.name, each.environment(scenarios)) for each in (unattacked, attacked)]
     failed: Counter[str] = Counter()
-    for number, scene in _contested_drives(scenarios):
+    for number, scene in contested_drives(scenarios):
         ends = (
             drive(environment, DriveTask(name, scene, STRAIGHT, seed)).row
             for name, environment in environments
@@ -136,16 +137,3 @@ def _failure(ends: Iterator[Any]) -> str:
     if unattacked["outcome"] != "goal":
         return "missed_goal"
     return "" if next(ends)["at_fault"] else "harmless"
-
-
-def _contested_drives(scenarios: dict[str, Any]) -> Iterator[tuple[int, str]]:
-    """The contested scenes, each with the number of scenes before it."""
-    blind, truth = (
-        DriveSetting(name, {"perception": name}).environment(scenarios)
-        for name in ("blind", "truth")
-    )
-    scenes: Any = blind.unwrapped
-    for number, scene in enumerate(scenes.scenes.ids):
-        task = DriveTask("", scene, STRAIGHT, number)
-        if drive(blind, task).row["at_fault"] and drive(truth, task).row["outcome"] == "goal":
-            yield number, str(scene)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.closed_loop.loop_scenes import loop_scenes
+from avsec_gym.drives import contested_drives as rule
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.telling import by_scene
 from avsec_gym.errors import DataError
@@ -45,8 +46,8 @@ def test_found_are_those_in_which_only_a_car_that_sees_drives_well(
             return Driven(at_fault=number > 0, outcome="collision")
         return Driven(at_fault=False, outcome="stopped" if number == 2 else "goal")
 
-    monkeypatch.setattr(contested_drives, "DriveSetting", Setting)
-    monkeypatch.setattr(contested_drives, "drive", drive)
+    monkeypatch.setattr(rule, "DriveSetting", Setting)
+    monkeypatch.setattr(rule, "drive", drive)
     found = contested_drives.find_contested(SCENES, 2)
     assert (found.ids, found.looked_at) == (["drive-judge-000001", "drive-judge-000003"], 4)
     with pytest.raises(DataError, match="2 are contested"):
