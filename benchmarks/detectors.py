@@ -4,9 +4,8 @@
 
 `detect` is a whole frame of 1242 x 375 pixels, boxes out; `pixel_gradient` the loss and its
 gradient down to the pixels of both images (a step of an attack); `training_per_image` a forward
-and a backward pass of two images.  DIR holds ``dsgn.safetensors`` and ``stereo_rcnn.safetensors``;
-without it the package's weights count, and random ones where there are none, as the output
-states: random networks report more boxes than trained ones.
+and a backward pass of two images.  DIR holds ``dsgn.safetensors``, ``dsgn_medium.safetensors`` and
+``stereo_rcnn.safetensors``; without it the package's weights count.
 """
 
 from __future__ import annotations
@@ -23,15 +22,16 @@ from typing import Any
 import torch
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors import make_detector
-from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
-from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.world.export import world_frames
 
-UNTRAINED: dict[str, Callable[[], Any]] = {"dsgn": DsgnDetector, "stereo_rcnn": StereoRcnnDetector}
+DETECTORS = {
+    "dsgn": {"name": "dsgn"},
+    "dsgn_medium": {"name": "dsgn", "configuration": "medium"},
+    "stereo_rcnn": {"name": "stereo_rcnn"},
+}
 
 
 def median_seconds(work: Callable[[], Any], runs: int) -> float:
@@ -49,15 +49,8 @@ def measured(
     name: str, frames: list[SensorFrame], labels: list[Boxes3D], weights: Path | None
 ) -> dict[str, Any]:
     """One detector."""
-    asked = {"name": name} | ({"weights": str(weights / f"{name}.safetensors")} if weights else {})
-    trained = True
-    try:
-        detector: Any = make_detector(asked)
-    except DataError:
-        if weights:
-            raise
-        torch.manual_seed(0)
-        detector, trained = UNTRAINED[name](), False
+    given = {"weights": str(weights / f"{name}.safetensors")} if weights else {}
+    detector: Any = make_detector(DETECTORS[name] | given)
     every = iter(frames * 2)
     detect = median_seconds(lambda: detector.detect(next(every)), 2 * len(frames) - 1)
     batch = batch_of_frames(frames[:1])
@@ -72,7 +65,6 @@ def measured(
     detector.network.train().requires_grad_(True)
     step = median_seconds(lambda: sum(detector.losses(pair, labels[:2]).values()).backward(), 5)
     return {
-        "trained": trained,
         "parameters": sum(weight.numel() for weight in detector.network.parameters()),
         "detect": detect,
         "pixel_gradient": pixel_gradient,
@@ -92,7 +84,7 @@ def main() -> None:
     ids = data.ids()[: options.frames]
     frames, labels = [data.frame(id) for id in ids], [data.labels(id) for id in ids]
     result: dict[str, Any] = {"threads": options.threads, "frames": len(frames)}
-    for name in UNTRAINED:
+    for name in DETECTORS:
         result[name] = measured(name, frames, labels, options.weights)
     print(json.dumps(result, indent=1))
 

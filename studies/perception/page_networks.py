@@ -25,8 +25,6 @@ _ESTIMATORS = {
 class DetectorTime:
     """What a detector costs; seconds."""
 
-    trained: bool
-    """Whether it had trained weights."""
     parameters: int
     detect: float
     pixel_gradient: float
@@ -180,11 +178,11 @@ def seconds(result: DetectorTimes) -> list[str]:
         " of an attack); training, for each image.",
         "",
         *markdown_table(
-            ["detector", "trained weights", "a frame", "pixel gradient", "training, an image"],
+            ["detector", "parameters", "a frame", "pixel gradient", "training, an image"],
             [
                 [
                     f"`{name}`",
-                    "yes" if time.trained else "no",
+                    f"{time.parameters:,}",
                     number(time.detect, 2),
                     number(time.pixel_gradient, 2),
                     number(time.training_per_image, 2),

@@ -127,14 +127,14 @@ def test_other_parts_of_the_page(kitti: Path, tmp_path: Path) -> None:
     )
     (tmp_path / FILES["parity"]).write_text('{"dsgn": {"depth": 1e-6, "cls": 2e-5}}')
     (tmp_path / FILES["seconds"]).write_text(
-        '{"threads": 2, "frames": 8, "dsgn": {"trained": true, "parameters": 9,'
+        '{"threads": 2, "frames": 8, "dsgn": {"parameters": 9,'
         ' "detect": 0.25, "pixel_gradient": 0.5, "training_per_image": 0.4}}'
     )
     assert write_page(["--results", str(tmp_path), "--json", str(tmp_path / "said.json")]) == 0
     text = (tmp_path / "detectors.md").read_text()
     assert "| `oracle` | 75.0 (50.0 to 90.0) | 1 | 2 | 100.0 |" in text
     assert "| `dsgn` | 2 | 2.0e-05 |" in text
-    assert "| `dsgn` | yes | 0.25 | 0.50 | 0.40 |" in text
+    assert "| `dsgn` | 9 | 0.25 | 0.50 | 0.40 |" in text
     assert "Disparity" not in text
 
 
