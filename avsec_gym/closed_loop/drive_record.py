@@ -36,7 +36,7 @@ class Outcome(StrEnum):
     OFF_ROAD = "off_road"
     """Its centre left the drivable area."""
     STOPPED = "stopped"
-    """The time was over, and it stood."""
+    """The time was over, or a human took over, and it stood."""
     TIME = "time"
     """The time was over, and it drove on."""
 

@@ -77,13 +77,14 @@ class DriveRecorder:
             self.outcome = Outcome.GOAL
         self._excused &= touching
 
-    def close(self, elapsed: float) -> None:
+    def close(self, elapsed: float, *, handed_over: bool = False) -> None:
         """End the drive if its time is over, and measure it if it has ended.
 
         Args:
             elapsed: Seconds since the start of the drive.
+            handed_over: Whether a human has taken over, which ends it, too.
         """
-        if self.outcome is None and elapsed >= self._duration - 1e-9:
+        if self.outcome is None and (handed_over or elapsed >= self._duration - 1e-9):
             self.outcome = outcome_of_time(self.log())
         if self.outcome is not None and self.record is None:
             self.record = record_of(self.log(), self._traffic.scene, self._intention, self.outcome)

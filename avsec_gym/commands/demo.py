@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 _NAME = "demo"
 _FIRST_LOOK = "avsec demo, at its beginning"
 """What its page names as its maker."""
+_NOT_TELLING = (
+    "avsec: what a car sees no longer decides the scene that the demo drives on in: that was found"
+    " with other sources"
+)
 _PICTURES = 4
 _FEW = 8
 """As many scenes take about as long as the drives do."""
@@ -54,8 +58,9 @@ class Demo:
         from avsec_gym.experiments.demo.contested_frames import contested_frames
         from avsec_gym.experiments.demo.drive_ahead import drives_ahead
         from avsec_gym.experiments.demo.drive_on import FOLDER as DRIVES
-        from avsec_gym.experiments.demo.drive_on import drive_on
+        from avsec_gym.experiments.demo.drive_on import drive_on, is_still_telling
         from avsec_gym.experiments.demo.experiment import unpatched
+        from avsec_gym.experiments.demo.quick_compilation import quick_compilation
         from avsec_gym.experiments.demo.story import StoryRow
         from avsec_gym.experiments.json_rows import row_of
         from avsec_gym.experiments.procedural_frames import CONTESTED
@@ -66,18 +71,28 @@ class Demo:
         whole_number("--seed", self.seed, 0)
         if self.workers is not None:
             whole_number("--workers", self.workers, 0)
-        # The run of both detectors under attack; beside it, where both take as long, the drives.
+        # Both detectors under attack; what is rendered beside that, where it takes as long.
         drives, is_new = self.out / DRIVES, self._is_new()
         beside = is_new and self._jobs > 1 and self.scenarios <= _FEW
+        # One process is this very one, which needs no time to begin.
         others, threads = (self._jobs - 1, 1) if beside else (self.workers, None)
+        others = 0 if others == 1 else others
         asked = Run(
             (_NAME,), CONTESTED, self.scenarios, self.seed,
             out=self.out, workers=others, threads=threads,
         )  # fmt: skip
-        with drives_ahead(drives, self.seed, self._jobs if beside else 1) as ahead:
+        processes = self._jobs if beside else 1
+        with (
+            quick_compilation(),
+            drives_ahead(drives, self.scenarios, self.seed, processes) as ahead,
+        ):
             if is_new:
                 self._look_first()
             if beside:
+                if not is_still_telling(self.seed):
+                    console.say(_NOT_TELLING)
+                with console.progress("rendering") as shown:
+                    ahead.wait_for_frames(shown)
                 contested_frames(self.scenarios, self.seed, self._jobs - 1)
             ran = asked.ran(_FirstScene(self.out, self.scenarios), (PAGE, DRIVES) if is_new else ())
             # Its episodes on the page, before the drives are done.

@@ -61,6 +61,9 @@ class DriveInTraffic:
     """Selector of the cars with sensors: finds the road's type; likewise."""
     response: Literal["stop", "drop", "repair"] = "stop"
     """Response of the setting defended: what the car does at an alarm."""
+    handover: float | None = None
+    """Seconds that the car of the setting defended stands by alarms until a human takes over, and
+    the drive ends.  Default: it stands there until the time is over."""
     error_model: tuple[str, ...] = ()
     """Error model of the setting error-model: a file of `avsec error-model fit`, or the name of a
     shipped one, such as stereo_rcnn. Of several, each is a setting of its own name."""
@@ -170,6 +173,7 @@ class DriveInTraffic:
             sensing["response"] = self.response
         elif self.response != type(self).response:
             raise ConfigurationError("--response belongs to --validator")
+        own = {} if self.handover is None else {"handover": self.handover}
         shared = {
             "planner": named["planner"],
             "motion": self.motion,
@@ -184,6 +188,7 @@ class DriveInTraffic:
             self.error_model,
             sensing,
             shared,
+            own,
         )
         return parts.settings(self.settings)
 

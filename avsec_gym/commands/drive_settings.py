@@ -31,6 +31,7 @@ class DriveParts:
         error_model: The files, or names, of error models.
         sensing: Other arguments of cars with sensors, such as a classifier.
         shared: Arguments of every setting, such as the planner, and its `driver`.
+        defended: Other arguments of the defended car, such as its handover.
     """
 
     detector: Any = None
@@ -39,6 +40,7 @@ class DriveParts:
     error_model: Sequence[str] = ()
     sensing: Mapping[str, Any] | None = None
     shared: Mapping[str, Any] | None = None
+    defended: Mapping[str, Any] | None = None
 
     def settings(self, asked: tuple[str, ...]) -> list[DriveSetting]:
         """The settings by what was typed; none: all that the parts suffice for.
@@ -75,7 +77,11 @@ class DriveParts:
     def _given(self) -> list[str]:
         """Parts that options name and only some settings have."""
         own = ("detector", "attack", "validator", "error_model")
-        return [*(self.sensing or {}), *(part for part in own if getattr(self, part))]
+        return [
+            *(self.sensing or {}),
+            *(self.defended or {}),
+            *(part for part in own if getattr(self, part)),
+        ]
 
     def _usual(self) -> list[str]:
         names = [TRUTH, BLIND]
@@ -125,6 +131,7 @@ class DriveParts:
             arguments["attack"] = self._needed("attack", name)
         if name == DEFENDED:
             arguments["validator"] = self._needed("validator", name)
+            arguments |= self.defended or {}
             if self.attack is not None:
                 arguments["attack"] = self.attack
         return arguments
@@ -143,6 +150,7 @@ _SETTING_WITH = {
     "attack": ATTACKED,
     "validator": DEFENDED,
     "response": DEFENDED,
+    "handover": DEFENDED,
     "classifier": DETECTOR,
     "selector": DETECTOR,
     "error_model": ERROR_MODEL,

@@ -10,23 +10,44 @@ from avsec_gym.drives.one_drive import DriveTask, drive
 from avsec_gym.drives.setting import DriveSetting
 
 
-def contested_drives(scenarios: dict[str, Any]) -> Iterator[tuple[int, str]]:
-    """The contested ones, each with the number of drives before it.
+class ContestedRule:
+    """Whether it matters in a scene what a car sees, that keeps its lane.
 
-    A drive straight on is contested if a car that sees nothing is to blame for a collision there,
-    and one that knows the truth reaches its goal.  No detector is asked, so that the rule favours
-    none.  It takes some 1.5 s of a processor for each drive.
+    A car that sees nothing is to blame for a collision, and one that knows the truth reaches its
+    goal.  No detector is asked, so that the rule favours none.  It takes some 1.5 s of a processor
+    for each scene.
 
     Args:
         scenarios: The procedural drives, as the environment takes them.
     """
-    blind, truth = (
-        DriveSetting(name, {"perception": name}).environment(scenarios)
-        for name in ("blind", "truth")
-    )
-    scenes: Any = blind.unwrapped
-    for number, scene in enumerate(scenes.scenes.ids):
-        task = DriveTask("", scene, "straight", number)
-        is_blamed = drive(blind, task).row["at_fault"]
-        if is_blamed and drive(truth, task).row["outcome"] == Outcome.GOAL:
-            yield number, str(scene)
+
+    def __init__(self, scenarios: dict[str, Any]) -> None:
+        self._blind, self._truth = (
+            DriveSetting(name, {"perception": name}).environment(scenarios)
+            for name in ("blind", "truth")
+        )
+        played: Any = self._blind.unwrapped
+        self.scenes: tuple[str, ...] = tuple(map(str, played.scenes.ids))
+        """The ids of all scenes."""
+
+    def holds(self, scene: str) -> bool:
+        """Whether a scene is contested.
+
+        Raises:
+            ConfigurationError: There is no such scene.
+        """
+        task = DriveTask("", scene, "straight", 0)
+        is_blamed = drive(self._blind, task).row["at_fault"]
+        return is_blamed and drive(self._truth, task).row["outcome"] == Outcome.GOAL
+
+
+def contested_drives(scenarios: dict[str, Any]) -> Iterator[tuple[int, str]]:
+    """The contested ones, each with the number of drives before it.
+
+    Args:
+        scenarios: The procedural drives, as the environment takes them.
+    """
+    rule = ContestedRule(scenarios)
+    for number, scene in enumerate(rule.scenes):
+        if rule.holds(scene):
+            yield number, scene

@@ -18,6 +18,7 @@ from avsec_gym.closed_loop.drive_record import (
     Outcome,
 )
 from avsec_gym.closed_loop.drive_recorder import DriveRecorder
+from avsec_gym.closed_loop.fault import STANDING
 from avsec_gym.closed_loop.loop_road import LoopRoad
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
 from avsec_gym.closed_loop.perception import DrivePerception, SensorPerception
@@ -108,7 +109,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     collision or for leaving the road.
 
     ## Episode end
-    Terminated at the goal, at a collision and off the road; truncated when the time is over.
+    Terminated at the goal, at a collision and off the road; truncated when the time is over, or a
+    human takes over.
 
     ## Info
     `planned`, `success` (the drive came to its goal or collided), `collision`, `safe`
@@ -148,6 +150,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     * `observation="features"`: or `"frame"`; `frame_size=(48, 160)`: height and width of its
       images, (375, 1242) as rendered for `"sensors"`.
     * `duration=8.0`: seconds.
+    * `handover=None`: with a validator, seconds that the car stands by alarms until a human takes
+      over, and the drive ends as `stopped`; None: it stands there until the time is over.
     * `config=None`: highway-env's configuration, what differs from the default.
     * `render_mode`: None, `"rgb_array"` or `"human"`.
 
@@ -168,6 +172,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         observation: str = FEATURES,
         frame_size: Sequence[int] = THUMBNAIL,
         duration: float = DURATION,
+        handover: float | None = None,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
         **parts: Any,
@@ -185,6 +190,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
         check_sensing(perception, taken)
+        self.handover = _checked_handover(handover, perception, taken.validator)
+        """Seconds that the car stands by alarms until the drive ends; inf: that ends none."""
         if one_of("observation", observation, (FEATURES, FRAME)) == FRAME:
             config = _observing_frames(config, frame_size, sensors_read(perception, taken))
         self._scenes: LoopScenes | None = None
@@ -302,7 +309,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             duration=self.duration,
         )
         self._elapsed = 0
-        self._progress = self._before = 0.0
+        self._progress = self._before = self._stood = 0.0
         self.perception.begin(int(self.np_random.integers(2**31)))
         self.unread_until = 0.0
         self._perceive()
@@ -408,7 +415,11 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self.enable_auto_render = False
         self.vehicle.crashed |= self.outcome == Outcome.COLLISION
         self._progress = self._recorder.progress(self.state)
-        self._recorder.close(self.elapsed)
+        # A car that stands by alarms is handed over to a human at some time.
+        stands = self.belief.stops and abs(self.vehicle.speed) <= STANDING
+        self._stood = self._stood + frames / frequency if stands else 0.0
+        handed_over = self._stood >= self.handover - 1e-9
+        self._recorder.close(self.elapsed, handed_over=handed_over)
         self._perceive()
 
     def log(self) -> DriveLog:
@@ -439,6 +450,21 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             "speed": float(self.vehicle.speed),
             "crashed": bool(self.vehicle.crashed),
         }
+
+
+def _checked_handover(handover: float | None, perception: Any, validator: Any) -> float:
+    """The seconds of a handover; inf without one.
+
+    Raises:
+        ConfigurationError: They are no number of seconds, or nothing can raise an alarm.
+    """
+    if handover is None:
+        return math.inf
+    if validator is None and isinstance(perception, str | Mapping):
+        raise ConfigurationError(
+            "handover counts how long the car stands by alarms: name a validator, which raises them"
+        )
+    return number("handover", handover, 0.0, 30.0)
 
 
 def _observing_frames(

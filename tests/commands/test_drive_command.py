@@ -192,6 +192,7 @@ def test_a_setting_may_have_a_driver_of_its_own(
         ("--settings truth --error-model stereo_rcnn", 2, "--error-model .* add error-model"),
         ("--selector smal", 2, 'Did you mean "small"?'),
         ("--response drop", 2, "--response belongs to --validator"),
+        ("--handover 1", 2, "--handover is used by none"),
         ("--attack facual", 2, 'Did you mean "facula"?'),
         ("--planner astr", 2, 'Did you mean "astar"?'),
         ("--ids nothing", 2, "there is no scenario 'nothing'"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +13,14 @@ import pytest
 from highway_env.envs.common.abstract import AbstractEnv
 
 from avsec_gym.closed_loop.drive_log import first_contact
+from avsec_gym.closed_loop.perception import TruthPerception
 from avsec_gym.closed_loop.procedural_drives import procedural_drive
+from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.evaluation.contested import contested_layouts
 from avsec_gym.geometry import wrap_angle
+from avsec_gym.pipeline import Perception
 from avsec_gym.scenario.intention import Intention
 
 FEW = {"source": "layouts", "count": 4}
@@ -124,6 +129,46 @@ def test_wrong_configurations_are_refused() -> None:
         made(config={"action": {}})
     with pytest.raises(ConfigurationError, match="sensor data"):
         made(perception="sensors", detector="oracle")
+    with pytest.raises(ConfigurationError, match="name a validator"):
+        made(handover=1.0)
+    with pytest.raises(ConfigurationError, match="handover"):
+        made(perception=Distrusting(), handover=-1.0)
+
+
+class Distrusting(TruthPerception):
+    """Stops the car at an alarm, which begins after a second and goes on for some seconds."""
+
+    def __init__(self, until: float = math.inf) -> None:
+        self.until = until
+
+    def perceive(self, surroundings: Surroundings) -> Perception:
+        seen = super().perceive(surroundings)
+        return replace(seen, stops=1.0 <= surroundings.time < self.until)
+
+
+def test_a_car_that_stands_by_alarms_is_handed_over() -> None:
+    def ends(until: float, handover: float | None) -> tuple[str, float, float]:
+        env = made(perception=Distrusting(until), handover=handover)
+        driver = PlannerDriver(env)
+        observation, info = env.reset(seed=0)
+        stood = math.nan
+        while True:
+            action, _ = driver.predict(observation, deterministic=True)
+            observation, _, terminated, truncated, info = env.step(action)
+            elapsed, speed = env.unwrapped.elapsed, env.unwrapped.state.velocity
+            stood = elapsed if speed <= 0.05 and math.isnan(stood) else stood
+            if terminated or truncated:
+                assert truncated == (info["outcome"] in ("stopped", "time"))
+                return info["outcome"], elapsed, stood
+
+    outcome, elapsed, _ = ends(math.inf, None)
+    assert (outcome, elapsed) == ("stopped", 8.0)
+    outcome, elapsed, stood = ends(math.inf, 1.5)
+    assert outcome == "stopped"
+    assert stood + 1.3 < elapsed < stood + 1.7
+    # An alarm that is over before that hands nothing over.
+    outcome, elapsed, _ = ends(stood + 0.5, 1.5)
+    assert elapsed == 8.0 or outcome == "goal"
 
 
 def test_a_procedural_drive_follows_the_worlds_road() -> None:

@@ -63,7 +63,7 @@ def test_only_patches_that_were_trained_are_put_up(
 def test_frames_made_ahead_are_those_that_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def cached(name: str, recipe: Any, workers: int | None = None) -> Path:
+    def cached(name: str, recipe: Any, workers: int | None = None, **_: Any) -> Path:
         asked.append((name, len(recipe), recipe.settings))
         return Path(name)
 

@@ -1,4 +1,8 @@
-"""Makes the demo's drives in a process of its own, while this one renders frames and attacks."""
+"""Renders the demo's frames and makes its drives in a process of its own, while this one attacks.
+
+Both are rendered there, one after the other: the textures are drawn once, and the renderer is
+compiled once.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +13,13 @@ from pathlib import Path
 
 from avsec_gym.drives.drive_folder import ROWS, has_drives
 from avsec_gym.errors import AvsecError
+from avsec_gym.experiments.demo.contested_frames import contested_frames
 from avsec_gym.experiments.demo.drive_on import SETTINGS, drive_on
+from avsec_gym.experiments.demo.quick_compilation import quick_compilation
 from avsec_gym.progress import Progress
 from avsec_gym.storage.regular_files import read_text
 from avsec_gym.worker_processes import Worker
+from avsec_gym.world.textures.library import texture_library
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 
@@ -27,6 +34,16 @@ class DrivesAhead:
 
     def __init__(self, out: Path, worker: Worker | None) -> None:
         self._out, self._worker = out, worker
+
+    def wait_for_frames(self, on_progress: Progress) -> None:
+        """Wait until the process has rendered the frames, or can not.
+
+        Args:
+            on_progress: Function that gets the number of frames that are there and that of all.
+        """
+        with suppress(EOFError):
+            while self._worker is not None and (seen := self._worker.receive()) is not None:
+                on_progress(*seen)
 
     def is_busy(self) -> bool:
         """Whether a process still drives."""
@@ -47,22 +64,23 @@ class DrivesAhead:
 
 
 @contextmanager
-def drives_ahead(out: Path, seed: int, processes: int) -> Iterator[DrivesAhead]:
-    """Begin the demo's drives beside other work; what goes wrong is left to `drive_on`.
+def drives_ahead(out: Path, scenes: int, seed: int, processes: int) -> Iterator[DrivesAhead]:
+    """Begin the demo's frames and drives beside other work.
 
-    At the end of the context the process is ended, whatever it has in hand: `drive_on` makes the
-    drives that are missing then.
+    What goes wrong is left to `contested_frames` and `drive_on`: at the end of the context the
+    process is ended, whatever it has in hand, and they make what is missing then.
 
     Args:
         out: Folder of the drives.
+        scenes: The number of frames.
         seed: The demo's seed.
         processes: The number of processes that may work; of one alone none is taken for the drives.
 
     Example:
-        >>> with drives_ahead(Path("out/drives"), seed=0, processes=1) as ahead:
+        >>> with drives_ahead(Path("out/drives"), scenes=3, seed=0, processes=1) as ahead:
         ...     ahead.wait(lambda done, total: None)  # Nothing was begun.
     """
-    worker = Worker(_drive, out, seed, threads=1) if processes > 1 else None
+    worker = Worker(_render, out, scenes, seed, threads=1) if processes > 1 else None
     try:
         yield DrivesAhead(out, worker)
     finally:
@@ -71,7 +89,13 @@ def drives_ahead(out: Path, seed: int, processes: int) -> Iterator[DrivesAhead]:
             worker.join()
 
 
-def _drive(connection: Connection, out: Path, seed: int) -> None:
-    with suppress(AvsecError):
-        drive_on(out, seed)
-    connection.send(None)
+def _render(connection: Connection, out: Path, scenes: int, seed: int) -> None:
+    with quick_compilation():
+        # Meanwhile the other process compiles the planner, which the choice of scenes needs, too.
+        texture_library()
+        with suppress(AvsecError):
+            contested_frames(scenes, seed, 1, lambda *done: connection.send(done))
+        connection.send(None)
+        with suppress(AvsecError):
+            drive_on(out, seed)
+        connection.send(None)

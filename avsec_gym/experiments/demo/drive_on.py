@@ -11,6 +11,7 @@ from typing import Any
 
 from avsec_gym import __version__
 from avsec_gym.attacks.facula import THESIS_RADII
+from avsec_gym.drives.contested_drives import ContestedRule
 from avsec_gym.drives.drive_folder import RECORD, DriveFolder, differences
 from avsec_gym.drives.driving import make_drives
 from avsec_gym.drives.one_drive import DriveTask
@@ -40,13 +41,16 @@ _VALIDATOR = {
     "thresholds": str(shipped_file("thresholds", SensorSystem((LIDAR, 3, 2)))),
 }
 _SHARED = {**_EYES, "traffic": "reacting"}
+HANDOVER = 1.0
+"""Seconds that a defended car stands by alarms before a human takes over."""
+_DEFENCE = {**_SHARED, "validator": _VALIDATOR, "handover": HANDOVER}
 SETTINGS = (
     DriveSetting(UNATTACKED, _SHARED),
     DriveSetting(ATTACKED, {**_SHARED, "attack": _LASER}),
-    DriveSetting(DEFENDED, {**_SHARED, "attack": _LASER, "validator": _VALIDATOR}),
+    DriveSetting(DEFENDED, {**_DEFENCE, "attack": _LASER}),
 )
 """The settings of every demo."""
-CONTROL_SETTING = DriveSetting(CONTROL, {**_SHARED, "validator": _VALIDATOR})
+CONTROL_SETTING = DriveSetting(CONTROL, _DEFENCE)
 """The setting that shows needless stops."""
 
 
@@ -82,6 +86,17 @@ def drive_on(
         make_drives(
             tasks, settings, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress
         )
+
+
+def is_still_telling(seed: int) -> bool:
+    """Whether the scene that is known for a seed is contested by today's sources.
+
+    Args:
+        seed: The demo's seed.
+    """
+    if seed not in TELLING:
+        return True  # It is looked for by the rule itself.
+    return ContestedRule(_scenarios(seed)).holds(TELLING[seed].scene)
 
 
 def are_demo_drives(out: Path, seed: int, *, control: bool = False) -> bool:

@@ -16,7 +16,7 @@ from avsec_gym.drives.drive_folder import RECORD, DriveFolder, has_drives
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.scene_figures import KEY_OF_STRIPS, scene_figure, shown_drives
 from avsec_gym.drives.telling import DrivenScene, by_scene, outcome_in_words
-from avsec_gym.experiments.demo.drive_on import ATTACKED, CONTROL, DEFENDED, UNATTACKED
+from avsec_gym.experiments.demo.drive_on import ATTACKED, CONTROL, DEFENDED, HANDOVER, UNATTACKED
 from avsec_gym.experiments.demo.experiment import FULL_REPORT
 from avsec_gym.experiments.demo.telling_drive import TELLING
 from avsec_gym.runs.section import Section
@@ -88,6 +88,7 @@ def in_words(rows: Sequence[DriveRow], first_stops: Mapping[str, float | None]) 
     yield f"With a laser on the left camera: {_end(ends[ATTACKED])}."
     defended = f"{_end(ends[DEFENDED])}{_stops(ends[DEFENDED], first_stops[DEFENDED])}"
     yield f"With the laser, and a validator that stops the car at an alarm: {defended}."
+    yield f"A car that has stood by alarms for {HANDOVER:g} s is handed over to a human."
     if CONTROL in ends:
         control = f"{_end(ends[CONTROL])}{_stops(ends[CONTROL], first_stops[CONTROL])}"
         yield f"With the validator, but without the laser, as a control: {control}."
