@@ -62,6 +62,8 @@ class SensorPerception:
         self.pipeline, self.needs = pipeline, needs
         self.frame: SensorFrame | None = None
         """What the sensors delivered last, after the attack; None: nothing yet."""
+        self.perceived: Perception | None = None
+        """What was made of that."""
         self._seed = 0
 
     def begin(self, seed: int) -> None:
@@ -87,8 +89,8 @@ class SensorPerception:
             surroundings.intention,
             seed=(self._seed, round(1000 * surroundings.time)),
         )
-        self.frame = seen
-        return self.pipeline.perceive(seen)
+        self.frame, self.perceived = seen, self.pipeline.perceive(seen)
+        return self.perceived
 
 
 class BlindPerception:

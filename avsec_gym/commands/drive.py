@@ -93,7 +93,8 @@ class DriveInTraffic:
     jobs: int = 1
     """Number of processes; the results are the same."""
     pictures: int = 20
-    """Most scenes with a bad end that the page shows as film strips; 0: no strips, no clip."""
+    """Most scenes with a bad end that the page shows as film strips, with what the left camera
+    showed where a car has one; 0: no strips, no clip, and no images are kept."""
     video: Literal["gif", "mp4"] = "gif"
     """The clip of the most telling scene; mp4 needs the extra `video`."""
     rrd: bool = False
@@ -120,7 +121,10 @@ class DriveInTraffic:
         out = self._out(record)
         with locked_folder(out), console.progress("driving") as shown:
             folder = self._folder(out, record)
-            make_drives(tasks, settings, scenarios, folder, jobs=self.jobs, on_progress=shown)
+            make_drives(
+                tasks, settings, scenarios, folder,
+                jobs=self.jobs, views=self.pictures > 0, on_progress=shown,
+            )  # fmt: skip
             recorded = scenarios.get("source") in (KITTI_TRACKING, KITTI_RAW)
             names = [setting.name for setting in settings]
             cluster = by_recording if recorded else by_scene

@@ -20,4 +20,13 @@ def embedded(image: NDArray[np.uint8]) -> str:
     """
     bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     _, content = cv2.imencode(".webp", bgr, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
-    return "data:image/webp;base64," + base64.b64encode(content.tobytes()).decode()
+    return embedded_file(content.tobytes())
+
+
+def embedded_file(content: bytes) -> str:
+    """A data URI.
+
+    Args:
+        content: A WebP file.
+    """
+    return "data:image/webp;base64," + base64.b64encode(content).decode()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from avsec_gym.closed_loop.drive_film import DriveFilm, read_film
+from avsec_gym.drives.camera_views import write_views
 from avsec_gym.drives.drive_row import DriveRow, DriveSeconds, drive_id
 from avsec_gym.drives.one_drive import Driven
 from avsec_gym.errors import DataError
@@ -67,6 +68,8 @@ class DriveFolder:
         """Keep a drive; its row comes last, so that a drive with a row has everything else."""
         id = driven.row["id"]
         write_bytes(self._film(id), driven.film.content(), overwrite=True)
+        if driven.views:
+            write_views(self.out, id, driven.views)
         self._seconds.add({"id": id, "seconds": round(driven.seconds, 4)})
         self._rows.add(driven.row)
 

@@ -25,6 +25,7 @@ def make_drives(
     *,
     jobs: int = 1,
     apart: bool = False,
+    views: bool = False,
     on_progress: Progress = no_progress,
 ) -> None:
     """Make the drives that a folder lacks.
@@ -38,6 +39,7 @@ def make_drives(
         folder: Where the results go.
         jobs: The number of processes; 1 is this very one.
         apart: Processes share the work drive by drive; else scene by scene, which each has to make.
+        views: Whether what the left cameras show is kept, too.
         on_progress: Function that gets the number of drives that are done and that of all.
 
     Raises:
@@ -46,7 +48,7 @@ def make_drives(
     """
     done = len([task for task in tasks if task.id in folder.rows])
     on_progress(done, len(tasks))
-    for driven in _driven(tasks, settings, scenarios, folder, jobs, apart):
+    for driven in _driven(tasks, settings, scenarios, folder, jobs, apart, views):
         folder.add(driven)
         done += 1
         on_progress(done, len(tasks))
@@ -59,9 +61,10 @@ def _driven(
     folder: DriveFolder,
     jobs: int,
     apart: bool,
+    views: bool,
 ) -> Iterator[Driven]:
     left = [task for task in tasks if task.id not in folder.rows]
-    prepare = partial(_Drives, tuple(settings), scenarios)
+    prepare = partial(_Drives, tuple(settings), scenarios, views)
     if jobs == 1:
         drives = prepare()
         for task in left:
@@ -92,16 +95,22 @@ class _Drives:
     Args:
         settings: All settings; an environment is made when its setting is first driven.
         scenarios: The scenes, as the environment takes them.
+        views: Whether what the left cameras show is kept, too.
     """
 
-    def __init__(self, settings: Sequence[DriveSetting], scenarios: Any) -> None:
+    def __init__(self, settings: Sequence[DriveSetting], scenarios: Any, views: bool) -> None:
         self._settings = {setting.name: setting for setting in settings}
-        self._scenarios = scenarios
+        self._scenarios, self._views = scenarios, views
         self._environments: dict[str, Any] = {}
 
     def __call__(self, tasks: Tasks) -> list[Driven]:
         return [
-            drive(self._environment(task.setting), task, self._settings[task.setting].driver)
+            drive(
+                self._environment(task.setting),
+                task,
+                self._settings[task.setting].driver,
+                views=self._views,
+            )
             for task in tasks
         ]
 

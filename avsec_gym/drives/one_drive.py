@@ -18,6 +18,7 @@ from avsec_gym.closed_loop.navsim_score import COMFORT
 from avsec_gym.closed_loop.perception import TruthPerception
 from avsec_gym.closed_loop.planner_policy import Ambition, Replanning
 from avsec_gym.closed_loop.surroundings import Surroundings
+from avsec_gym.drives.camera_views import CameraViews
 from avsec_gym.drives.drive_row import drive_id
 from avsec_gym.envs.drivers import PLANNER, Driver, driver_of
 from avsec_gym.envs.one_thread import one_thread
@@ -79,20 +80,23 @@ class Driven:
         row: What became of it, a `DriveRow`.
         film: All that can be shown of it.
         seconds: How long it took, without making the scene.
+        views: What its left camera showed, see `CameraViews`.
     """
 
     row: dict[str, Any]
     film: DriveFilm
     seconds: float
+    views: dict[int, bytes]
 
 
-def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
+def drive(environment: Any, task: DriveTask, by: Any = PLANNER, *, views: bool = False) -> Driven:
     """Drive a scene to its end.
 
     Args:
         environment: The environment of the task's setting.
         task: The drive.
         by: Who drives: a name or a dictionary, as `driver_of` takes it.
+        views: Whether what the left camera shows is kept, too.
 
     Raises:
         ConfigurationError: There is no such scene, or it has no lane for the intention.
@@ -108,6 +112,9 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
         observation, info = environment.reset(seed=task.seed, options=options)
         start = played.surroundings()
         beliefs, elapsed, plans = [played.belief], [0.0], [-1]
+        looking = CameraViews(played)
+        if views:
+            looking.look()
         # The drive: at each instant what is believed, when it is, and the number of the last plan.
         ended = False
         while not ended:
@@ -116,6 +123,8 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
             beliefs.append(played.belief)
             elapsed.append(played.elapsed)
             plans.append(len(_decisions(driver)) - 1)
+            if views:
+                looking.look()
             ended = terminated or truncated
         seconds = time.perf_counter() - begun
     # Its film and its row.
@@ -140,7 +149,7 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER) -> Driven:
         if decisions
         else UNPLANNED,
     }
-    return Driven(with_schema("drive.row", row), film, seconds)
+    return Driven(with_schema("drive.row", row), film, seconds, looking.pictures)
 
 
 def _decisions(driver: Driver) -> list[Replanning]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from avsec_gym.closed_loop.drive_film import DriveFilm
-from avsec_gym.drawing.embedded_image import embedded
+from avsec_gym.drawing.embedded_image import embedded, embedded_file
 from avsec_gym.drawing.film_strip import ShownDrive, film_strip
 from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
+from avsec_gym.drives.camera_views import view_until
 from avsec_gym.drives.drive_folder import DriveFolder
 from avsec_gym.drives.telling import DrivenScene, how_bad, outcome_in_words
 
@@ -37,26 +38,54 @@ def shown_drives(folder: DriveFolder, scene: DrivenScene) -> list[ShownDrive]:
     ]
 
 
-def scene_figure(folder: DriveFolder, scene: DrivenScene) -> Figure:
-    """A film strip for each setting under which a scene was driven.
+def scene_figure(folder: DriveFolder, scene: DrivenScene, *, views: bool = True) -> Figure:
+    """A film strip for each setting under which a scene was driven, what the cameras showed first.
 
     Args:
         folder: The drives.
         scene: One of theirs.
+        views: Whether the cameras' images are part of it, where there are any.
 
     Raises:
-        DataError: A film is missing or damaged.
+        DataError: A film or an image is missing or damaged.
     """
     drives = shown_drives(folder, scene)
     length = max(float(shown.film.times[-1]) for shown in drives)
     every = math.ceil(length / 8.0)
     panels = max(math.floor(length / every) + 2, _LEAST_PANELS)
+    strips = [PictureRow([_strip(shown, panels, every)], "repairs", shown.name) for shown in drives]
+    row = views_row(folder, scene) if views else None
     return Figure(
-        f"{scene.scenario}, {scene.intention}",
-        pictures=[
-            PictureRow([_strip(shown, panels, every)], "repairs", shown.name) for shown in drives
-        ],
+        f"{scene.scenario}, {scene.intention}", pictures=[*([row] if row else []), *strips]
     )
+
+
+def views_row(folder: DriveFolder, scene: DrivenScene) -> PictureRow | None:
+    """What the left camera of each drive showed, with what the car believed.
+
+    Of the drive that ends worst it is the last image, of the others the image of the same time, or
+    the last before it.
+
+    Args:
+        folder: The drives.
+        scene: One of theirs.
+
+    Returns:
+        None where none of the drives has kept what its camera showed.
+
+    Raises:
+        DataError: An image cannot be read.
+    """
+    worst = max(scene.rows, key=how_bad)
+    pictures = []
+    for row in scene.rows:
+        view = view_until(folder.out, row["id"], worst["duration"])
+        if view is not None:
+            what = f"{row['setting']}, after {view.time:.1f} s"
+            alt = f"Image of the left camera and the boxes that the car believes: {what}"
+            pictures.append(CaptionedImage(embedded_file(view.content), what, alt))
+    title = "What the left camera shows, and the boxes that the car believes"
+    return PictureRow(pictures, "repairs", title) if pictures else None
 
 
 def _strip(shown: ShownDrive, panels: int, every: int) -> CaptionedImage:

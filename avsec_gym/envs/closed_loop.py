@@ -134,9 +134,10 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       `{"source": "drives", "assets": "judge"}`: drives with cars that no detector was trained on.
     * `perception="truth"`: or `"blind"`; or `"lidar"`: a scan is rendered from where the car is,
       for a LiDAR detector (`"pixor"` where none is named); or `"stereo"`: a pair of images is, at
-      the width that the detector reads (`"dsgn"`); or `"sensors"`: images of full width and a scan,
-      as attacks on sensors and validators need them; or `{"name": "error_model", "model": FILE}`:
-      errors drawn as those of a detector, without images; or a live `DrivePerception`.
+      the width that the detector reads (`"dsgn"`), under an optical attack at full width; or
+      `"sensors"`: images of full width and a scan, as attacks on sensors and validators need them;
+      or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector, without
+      images; or a live `DrivePerception`.
     * `detector="dsgn"`, `attack=None`, `classifier=None`, `selector=None`, `validator=None`,
       `response="stop"`, `score_threshold=0.3`: the parts of cars with sensors, as everywhere; named
       beside another perception, they are refused.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.argument_checks import one_of
-from avsec_gym.attacks.optical_attack import check_attacked, check_there
+from avsec_gym.attacks.optical_attack import OpticalAttack, check_attacked, check_there
 from avsec_gym.closed_loop.error_model.model import ErrorModel
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.light.beliefs import LightBlindness, LightPerception, LightTruth
@@ -157,7 +157,9 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
                 validator=parts.validator,
                 response=parts.response,
             )
-        width = width_read(pipeline.detector) if not needs.scan else None
+        # Light is placed by the pixels of a camera's own image, and not by those that are read.
+        reduced = not needs.scan and not isinstance(pipeline.attack, OpticalAttack)
+        width = width_read(pipeline.detector) if reduced else None
         return SensorPerception(pipeline, replace(needs, width=width))
 
     return sensors, planner

@@ -69,6 +69,23 @@ def test_images_are_rendered_at_the_width_that_the_detector_reads() -> None:
     assert share == pytest.approx(320 / 1242)
 
 
+def test_light_is_placed_by_the_pixels_of_the_cameras_own_image() -> None:
+    """And so is the same light in every car, whatever width its detector reads."""
+    light = {"name": "facula", "camera": 2, "radius": 270, "centre": [609, 173]}
+    widths = {}
+    for name, attack in (("unattacked", None), ("perturbed", "thesis_pgd"), ("lit", light)):
+        env = gym.make(
+            "avsec/ClosedLoop-v0",
+            scenarios=DRIVES,
+            perception="stereo",
+            detector="stereo_rcnn",
+            attack=attack,
+        )
+        widths[name] = env.unwrapped.perception.needs.width  # type: ignore[attr-defined]
+    assert widths["lit"] is None
+    assert widths["unattacked"] == widths["perturbed"] < 1242
+
+
 def test_scenes_without_rendered_sensors_stay_as_they_are() -> None:
     scene = loop_scenes("layouts", count=1).scene("street-000000")
     assert sensing(scene, SensorNeeds(cameras=())) is scene

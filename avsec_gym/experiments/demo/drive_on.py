@@ -84,8 +84,9 @@ def drive_on(
         # Drives with the validator take as long as two others: they begin first.
         tasks = [DriveTask(setting.name, scene, STRAIGHT, seed) for setting in reversed(settings)]
         make_drives(
-            tasks, settings, scenarios, folder, jobs=jobs, apart=True, on_progress=on_progress
-        )
+            tasks, settings, scenarios, folder,
+            jobs=jobs, apart=True, views=True, on_progress=on_progress,
+        )  # fmt: skip
 
 
 def is_still_telling(seed: int) -> bool:

@@ -14,7 +14,7 @@ from avsec_gym.drawing.film_strip import RATE, clip, gif
 from avsec_gym.drawing.page_figure import CaptionedImage, Figure, PictureRow
 from avsec_gym.drives.drive_folder import RECORD, DriveFolder, has_drives
 from avsec_gym.drives.drive_row import DriveRow
-from avsec_gym.drives.scene_figures import KEY_OF_STRIPS, scene_figure, shown_drives
+from avsec_gym.drives.scene_figures import KEY_OF_STRIPS, scene_figure, shown_drives, views_row
 from avsec_gym.drives.telling import DrivenScene, by_scene, outcome_in_words
 from avsec_gym.experiments.demo.drive_on import ATTACKED, CONTROL, DEFENDED, HANDOVER, UNATTACKED
 from avsec_gym.experiments.demo.experiment import FULL_REPORT
@@ -65,11 +65,13 @@ def driven_section(out: Path) -> Section | None:
         return None
     folder, scene = _folder(out), by_scene(rows)[0]
     first_stops = {row["setting"]: _first_stop(folder, row) for row in rows}
+    row = views_row(folder, scene)
+    views = [Figure("The last that the attacked car sees", pictures=[row])] if row else []
     return Section(
         "drives",
         "A car drives on under a laser",
         [*in_words(rows, first_stops)],
-        [_film(folder, scene), scene_figure(folder, scene)],
+        [*views, _film(folder, scene), scene_figure(folder, scene, views=False)],
         link="Driving on",
         context=KEY_OF_STRIPS,
     )

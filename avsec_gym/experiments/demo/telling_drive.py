@@ -74,7 +74,7 @@ class TellingDrive:
     passed_over: PassedOver | None = None
 
 
-TELLING = {0: TellingDrive("drive-000235", PassedOver(235, missed_goal=2, harmless=3))}
+TELLING = {0: TellingDrive("drive-000181", PassedOver(181, missed_goal=2, harmless=2))}
 """What `telling_drive` finds, by the demo's seed."""
 
 
