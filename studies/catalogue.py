@@ -28,8 +28,8 @@ _SHORT = {
     " --options frames=$runs/twins/street,$runs/twins/highway",
     "$driven": "--settings truth blind error-model --error-model stereo_rcnn stereo_rcnn_patch"
     " stereo_rcnn_thesis_pgd dsgn dsgn_patch dsgn_thesis_pgd --pictures 0 --jobs 2 --resume",
-    "$guarded": '$sensing, "response": "stop", "validator": {"name": "thresholds", "thresholds":'
-    ' "avsec_gym/validation/fits/kitti_lidar_3_2.thresholds.json"}',
+    "$guarded": '$sensing, "response": "stop", "handover": 2, "validator": {"name": "thresholds",'
+    ' "thresholds": "avsec_gym/validation/fits/kitti_lidar_3_2.thresholds.json"}',
     "$sensing": '"perception": "sensors", "detector": "stereo_rcnn"',
     "$convert": "python -c 'import cv2, sys; cv2.imwrite(sys.argv[2], cv2.imread(sys.argv[1]))'",
     "$print": "python -c 'import sys; sys.stdout.write(open(sys.argv[1]).read())'",
