@@ -55,9 +55,10 @@ def closed_loop_page(result: LoopTables) -> str:
         " attack (its [error model](error_models.md)), or what a detector finds in rendered sensor"
         " data, which a validator may judge (`defended`); a car that has stood by its alarms for"
         " 2 s is handed over to a human, and the drive ends there. All settings drive the same"
-        " scenes with the same seeds. In brackets: 95 % intervals, of clusters: drives of one scene,"
-        " windows of one recording. First plan safe: the single query's answer, the first plan alone held"
-        " against what is there (at constant velocity). Score: NAVSIM's, and its paired difference"
+        " scenes with the same seeds. In brackets: 95 % intervals, of clusters: drives of one"
+        " scene, windows of one recording. First plan safe: the single query's answer, the first"
+        " plan alone held against what is there (at constant velocity). Score: NAVSIM's, and its"
+        " paired difference"
         " from truth.",
         "",
         *_contested(result),
