@@ -31,11 +31,11 @@ BEGUN = time.monotonic()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """With `SLOW_ROUND` set, the front door comes first, then files in that round's own order.
+    """With `ROUND` set, the front door comes first, then files in that round's own order.
 
-    Slow tests beyond `SLOW_SECONDS` are left out: so none is left out every time.
+    Tests beyond `ROUND_SECONDS` are left out: so none is left out every time.
     """
-    turn = os.environ.get("SLOW_ROUND", "")
+    turn = os.environ.get("ROUND", "")
 
     def place(item: pytest.Item) -> tuple[bool, bytes]:
         file = item.nodeid.split("::")[0]
@@ -46,10 +46,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Slow tests begin within `SLOW_SECONDS` of the session's start, where that is set."""
-    limit = float(os.environ.get("SLOW_SECONDS", "inf"))
-    if item.get_closest_marker("slow") and time.monotonic() - BEGUN > limit:
-        pytest.skip(f"the {limit:.0f} s for slow tests are over")
+    """Tests begin within `ROUND_SECONDS` of the session's start, where that is set."""
+    limit = float(os.environ.get("ROUND_SECONDS", "inf"))
+    if time.monotonic() - BEGUN > limit:
+        pytest.skip(f"the {limit:.0f} s of this round are over")
 
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"

@@ -146,6 +146,7 @@ def test_threads_are_told_to_the_libraries_of_the_worker_only(
     assert os.environ[THREAD_VARIABLES[0]] == "7"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "said"),
     [

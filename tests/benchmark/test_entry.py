@@ -126,6 +126,7 @@ def test_a_detector_drives_on_by_its_error_models(
         made("detector", "oracle", tmp_path / "out", error_models=files[:1])
 
 
+@pytest.mark.slow
 def test_a_detector_that_sees_all_and_one_that_sees_nothing(
     few: dict[str, FrozenSet], tmp_path: Path
 ) -> None:

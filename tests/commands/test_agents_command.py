@@ -21,6 +21,7 @@ avsec/GhostObject-v1:
 """
 
 
+@pytest.mark.slow
 def test_trained_gone_on_with_and_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -122,6 +122,7 @@ def test_a_line_for_each_drive_and_a_picture_of_each_second(made: Path) -> None:
     assert all(row["scenario"] in page for row in rows)
 
 
+@pytest.mark.slow
 def test_an_error_model_and_own_settings(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

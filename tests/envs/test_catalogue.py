@@ -204,6 +204,7 @@ def played_elsewhere() -> dict[str, str]:
     return dict(json.loads(output))
 
 
+@pytest.mark.slow
 @every_id
 def test_another_process_plays_the_same_episode(id: str, played_elsewhere: dict[str, str]) -> None:
     assert played_elsewhere[id] == digest(make(id), 7)
@@ -235,6 +236,7 @@ def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
         assert info["intention"] in ("left", "straight", "right")
 
 
+@pytest.mark.slow
 def test_what_a_step_returns_are_plain_types(env: gym.Env[Any, Any]) -> None:
     endings = set()
     quick = env.spec.id not in ONE_STEP | ATTACKS_SENSORS | CONNECTED  # type: ignore[union-attr]
@@ -272,6 +274,7 @@ def test_observations_are_finite_in_the_space_and_not_shared(env: gym.Env[Any, A
         assert not any(np.shares_memory(one, other) for other, _ in seen[i + 1 :])
 
 
+@pytest.mark.slow
 def test_writing_into_what_one_got_changes_nothing(env: gym.Env[Any, Any]) -> None:
     clean = digest(env, 4)
     code = hashlib.sha256()
@@ -305,6 +308,7 @@ def test_registering_twice_is_harmless() -> None:
     assert dict(gym.registry) == before
 
 
+@pytest.mark.slow
 @every_id
 def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
     plain, shown = make(id), make(id, render_mode="rgb_array")
@@ -421,6 +425,7 @@ def test_wrong_options_are_refused(id: str, options: dict[str, Any], message: st
         make(id).reset(seed=0, options=options)
 
 
+@pytest.mark.slow
 @every_id
 @pytest.mark.parametrize("mode", ["sync", "vector_entry_point"])
 def test_many_at_once(id: str, mode: str) -> None:

@@ -58,6 +58,7 @@ def short(configuration: AgentConfiguration) -> AgentConfiguration:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("algorithm", "env", "variant"), listed())
 def test_a_shipped_configuration_learns(
     algorithm: str, env: str, variant: str | None, request: pytest.FixtureRequest

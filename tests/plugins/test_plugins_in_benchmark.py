@@ -56,6 +56,7 @@ def few(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol, "OPTICAL", {"shift": ("oracle", {"name": "shifted_image"})})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "part", "settings"),
     [

@@ -34,6 +34,7 @@ def stored(root: Path) -> int:
         return 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("workers", "send", "number"),
     [

@@ -31,6 +31,7 @@ def task(spot_folder: Path, tmp_path: Path) -> Any:
     return StereoTask(samples, samples, Augmentation(), {}, lengths)
 
 
+@pytest.mark.slow
 def test_processes_prepare_what_threads_do_in_order(task: Any) -> None:
     by_threads = [batch.to("cpu") for batch in batches(task, CONFIGURATION, 2, 11, 2)]
     made = batches(task, CONFIGURATION, 2, 11, 3, processes=True)

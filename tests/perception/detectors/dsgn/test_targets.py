@@ -114,6 +114,7 @@ def _as_dictionary(
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half_turns", [False, True])
 @pytest.mark.parametrize("seed", range(3))
 def test_agrees_with_plain_loops(coarse: DsgnConfiguration, seed: int, half_turns: bool) -> None:
