@@ -54,12 +54,15 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _asked(names: Sequence[str], given: Given) -> list[Study]:
-    """The studies of some names, each behind those that its page shows and whose data are there.
+    """The studies of some names, each behind those that its page shows.
+
+    Of these, what needs data that are not there stays as it is, and so does what was made of today's
+    sources.
 
     Raises:
         ConfigurationError: There is no such study, or data are not given.
     """
-    found = []
+    found, states = [], source_states(read_records())
     for name in names:
         if name not in STUDIES:
             raise ConfigurationError(unknown_name(f"there is no study {name!r}", name, STUDIES))
@@ -69,6 +72,8 @@ def _asked(names: Sequence[str], given: Given) -> list[Study]:
         for part in (STUDIES[part] for part in study.shows):
             if lacking := [f"--{need}" for need in part.needs if not given[need]]:
                 say(f"{part.name} stays as it is: it needs {' and '.join(lacking)}")
+            elif states[part.name].stale is False:
+                say(f"{part.name} stays as it is: its sources are unchanged since it was made")
             else:
                 found.append(part)
         found.append(study)

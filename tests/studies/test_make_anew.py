@@ -10,9 +10,12 @@ import pytest
 
 import studies.make_anew
 from avsec_gym.errors import AvsecError
+from studies import __main__ as command
+from studies.catalogue import STUDIES
 from studies.make_anew import make_anew
 from studies.provenance import Record
-from studies.study import ROOT, Step, Study
+from studies.source_states import SourceState
+from studies.study import DATA, ROOT, Step, Study
 
 
 @pytest.fixture
@@ -64,6 +67,25 @@ def test_a_step_that_fails_ends_it_unrecorded(records: dict[str, Record], tmp_pa
     ],
 )
 def test_the_command(words: list[str], code: int, said: str) -> None:
-    command = [sys.executable, "-m", *words]
-    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    ended = subprocess.run(
+        [sys.executable, "-m", *words], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     assert (ended.returncode, said in ended.stderr) == (code, True), ended.stderr
+
+
+def test_parts_of_a_page_that_are_of_todays_sources_stay(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = STUDIES["detectors"]
+    stale = {"detector_ranking", "detector_benchmark"}
+    states = {name: SourceState(name in stale, "") for name in (page.name, *page.shows)}
+    monkeypatch.setattr(command, "source_states", lambda records: states)
+    given: dict[str, list[str]] = {name: ["there"] for name in DATA}
+    asked = command._asked([page.name], given)
+    assert {each.name for each in asked[:-1]} == stale
+    assert asked[-1] is page
+    said = capsys.readouterr().err
+    assert said.count("its sources are unchanged") == len(page.shows) - len(stale)
+    # What is named itself is made anew, whatever its sources.
+    monkeypatch.setitem(states, page.name, SourceState(False, ""))
+    assert command._asked([page.name], given)[-1] is page
