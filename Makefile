@@ -10,7 +10,7 @@ demo: .venv/installed
 
 # A thread for each of the two processes: more would wait for one another's cores, three times as
 # long in tests of networks.
-PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile $(if $(ROUND),--no-loadscope-reorder)
 test: .venv/installed
 	$(PYTEST)
 

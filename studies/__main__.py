@@ -56,7 +56,7 @@ def main(arguments: Sequence[str]) -> int:
 def _asked(names: Sequence[str], given: Given) -> list[Study]:
     """The studies of some names, each behind those that its page shows.
 
-    Of these, what needs data that are not there stays as it is, and so does what was made of today's
+    Of these, what needs data that are not there stays as it is, and so does what is of today's
     sources.
 
     Raises:

@@ -98,7 +98,7 @@ def outcome_of_time(log: DriveLog) -> Outcome:
 
 
 def record_of(
-    log: DriveLog, scene: TrafficScene, intention: Intention, outcome: Outcome
+    log: DriveLog, scene: TrafficScene, intention: Intention, outcome: Outcome, duration: float
 ) -> DriveRecord:
     """The metrics of a drive that ended.
 
@@ -107,18 +107,21 @@ def record_of(
         scene: Where it took place.
         intention: Where the car wanted to go.
         outcome: How it ended.
+        duration: Seconds that it might have taken.
     """
     contact = first_contact(log) if outcome == Outcome.COLLISION else None
     fault = contact is not None and at_fault(log, contact, scene.lanes, scene.drivable)
     line = scene.lanes.line(scene.start_lane)
     begin, end = (line.coordinates(*log.car[row, :2].tolist())[0] for row in (0, -1))
     ttc = time_to_collision(log, scene.lanes, scene.drivable)
+    # A car that stands, handed over or not, makes no more of its way in the time that is left.
+    driving = duration if outcome == Outcome.STOPPED else log.duration
     other = "" if contact is None else str(scene.tracks.categories[contact.actor])
     score = NavsimScore(
         no_collision=no_collision(contact, fault, log, thing=other in _NEITHER_VEHICLE_NOR_PERSON),
         drivable=float(stays_drivable(log, scene.drivable)),
         time_to_collision=float(ttc > TTC_BOUND),
-        progress=progress_share(end - begin, scene.cruise[0] * log.duration),
+        progress=progress_share(end - begin, scene.cruise[0] * driving),
         comfort=float(is_comfortable(log)),
     )
     stride = max(1, round(0.1 / log.dt))

@@ -87,7 +87,9 @@ class DriveRecorder:
         if self.outcome is None and (handed_over or elapsed >= self._duration - 1e-9):
             self.outcome = outcome_of_time(self.log())
         if self.outcome is not None and self.record is None:
-            self.record = record_of(self.log(), self._traffic.scene, self._intention, self.outcome)
+            self.record = record_of(
+                self.log(), self._traffic.scene, self._intention, self.outcome, self._duration
+            )
 
     def progress(self, state: EgoState) -> float:
         """Metres along the road from the start to a state of the car."""

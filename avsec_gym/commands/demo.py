@@ -28,7 +28,7 @@ _NOT_TELLING = (
 )
 _PICTURES = 4
 _FEW = 8
-"""As many scenes take about as long as the drives do."""
+"""The most scenes that are rendered before the drives, in the process that makes these."""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import shutil
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -51,7 +53,7 @@ class CameraViews:
 
 
 def write_views(out: Path, id: str, pictures: dict[int, bytes]) -> None:
-    """Keep the views of a drive.
+    """Keep the views of a drive, and none that were there before.
 
     Args:
         out: The folder of the drives.
@@ -59,7 +61,10 @@ def write_views(out: Path, id: str, pictures: dict[int, bytes]) -> None:
         pictures: WebP files by the milliseconds since the start.
     """
     folder = _folder(out, id)
-    make_folder(folder)
+    if is_folder(folder):
+        shutil.rmtree(folder)
+    if pictures:
+        make_folder(folder)
     for time, content in pictures.items():
         write_bytes(folder / f"{time:06d}.webp", content, overwrite=True)
 
@@ -76,19 +81,20 @@ class CameraView(NamedTuple):
     content: bytes
 
 
-def view_until(out: Path, id: str, time: float) -> CameraView | None:
+def view_until(out: Path, id: str, time: float | None = None) -> CameraView | None:
     """The last view of a drive until a time; None: there is none.
 
     Args:
         out: The folder of the drives.
         id: The drive's id.
-        time: Seconds since the start.
+        time: Seconds since the start; None: its end.
     """
     folder = _folder(out, id)
     if not is_folder(folder):
         return None
     files = {int(path.stem): path for path in folder.glob("*.webp") if path.stem.isdigit()}
-    last = max((each for each in files if each <= 1000 * time + 1e-6), default=None)
+    until = math.inf if time is None else 1000 * time + 1e-6
+    last = max((each for each in files if each <= until), default=None)
     if last is None:
         return None
     return CameraView(last / 1000, read_bytes(files[last], most=_MOST_BYTES))

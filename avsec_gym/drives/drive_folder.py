@@ -68,8 +68,7 @@ class DriveFolder:
         """Keep a drive; its row comes last, so that a drive with a row has everything else."""
         id = driven.row["id"]
         write_bytes(self._film(id), driven.film.content(), overwrite=True)
-        if driven.views:
-            write_views(self.out, id, driven.views)
+        write_views(self.out, id, driven.views)
         self._seconds.add({"id": id, "seconds": round(driven.seconds, 4)})
         self._rows.add(driven.row)
 

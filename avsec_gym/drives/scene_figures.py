@@ -60,15 +60,16 @@ def scene_figure(folder: DriveFolder, scene: DrivenScene, *, views: bool = True)
     )
 
 
-def views_row(folder: DriveFolder, scene: DrivenScene) -> PictureRow | None:
-    """What the left camera of each drive showed, with what the car believed.
-
-    Of the drive that ends worst it is the last image, of the others the image of the same time, or
-    the last before it.
+def views_row(
+    folder: DriveFolder, scene: DrivenScene, time: float | None = None
+) -> PictureRow | None:
+    """What the left camera of each drive showed last until a time, with what the car believed.
 
     Args:
         folder: The drives.
         scene: One of theirs.
+        time: Seconds since the start; None: the end of the drive that ends worst of those that have
+            images, the last of these where several do.
 
     Returns:
         None where none of the drives has kept what its camera showed.
@@ -76,10 +77,12 @@ def views_row(folder: DriveFolder, scene: DrivenScene) -> PictureRow | None:
     Raises:
         DataError: An image cannot be read.
     """
-    worst = max(scene.rows, key=how_bad)
+    seeing = [row for row in scene.rows if view_until(folder.out, row["id"]) is not None]
+    if time is None and seeing:
+        time = max(reversed(seeing), key=how_bad)["duration"]
     pictures = []
-    for row in scene.rows:
-        view = view_until(folder.out, row["id"], worst["duration"])
+    for row in seeing:
+        view = view_until(folder.out, row["id"], time)
         if view is not None:
             what = f"{row['setting']}, after {view.time:.1f} s"
             alt = f"Image of the left camera and the boxes that the car believes: {what}"

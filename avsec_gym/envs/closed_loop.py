@@ -134,7 +134,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       `{"source": "drives", "assets": "judge"}`: drives with cars that no detector was trained on.
     * `perception="truth"`: or `"blind"`; or `"lidar"`: a scan is rendered from where the car is,
       for a LiDAR detector (`"pixor"` where none is named); or `"stereo"`: a pair of images is, at
-      the width that the detector reads (`"dsgn"`), under an optical attack at full width; or
+      the width that the detector reads (`"dsgn"`), under an optical attack at full width, as
+      `{"name": "stereo", "full_width": True}` has them for the car without an attack; or
       `"sensors"`: images of full width and a scan, as attacks on sensors and validators need them;
       or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector, without
       images; or a live `DrivePerception`.
@@ -419,7 +420,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         # A car that stands by alarms is handed over to a human at some time.
         stands = self.belief.stops and abs(self.vehicle.speed) <= STANDING
         self._stood = self._stood + frames / frequency if stands else 0.0
-        handed_over = self._stood >= self.handover - 1e-9
+        handed_over = stands and self._stood >= self.handover - 1e-9
         self._recorder.close(self.elapsed, handed_over=handed_over)
         self._perceive()
 
@@ -465,7 +466,7 @@ def _checked_handover(handover: float | None, perception: Any, validator: Any) -
         raise ConfigurationError(
             "handover counts how long the car stands by alarms: name a validator, which raises them"
         )
-    return number("handover", handover, 0.0, 30.0)
+    return number("handover", handover, 0.1, 30.0)
 
 
 def _observing_frames(

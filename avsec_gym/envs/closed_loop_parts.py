@@ -49,6 +49,9 @@ SENSING = (SENSORS, LIDAR, STEREO)
 """The perceptions that read what the sensors deliver."""
 _DETECTORS = {LIDAR: "pixor", STEREO: "dsgn"}
 """Detectors where none is named."""
+_FULL_WIDTH = "full_width"
+_ARGUMENTS: dict[Any, tuple[str, ...]] = {ERROR_MODEL: ("model",), STEREO: (_FULL_WIDTH,)}
+"""What levels have beside their names."""
 _SENSING_PARTS = ("attack", "classifier", "selector", "validator")
 """Parts that work on what sensors deliver, or on what is detected in it."""
 
@@ -116,7 +119,9 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
     if parts.validator is not None:
         check(Kind.VALIDATOR, parts.validator)
     # A dictionary: a level with its arguments, or an error model, which is live at once.
+    whole = False
     if isinstance(perception, Mapping):
+        whole = _is_whole(perception)
         perception = _level(perception)
     if isinstance(perception, str) and perception == ERROR_MODEL:
         raise ConfigurationError(
@@ -158,7 +163,7 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
                 response=parts.response,
             )
         # Light is placed by the pixels of a camera's own image, and not by those that are read.
-        reduced = not needs.scan and not isinstance(pipeline.attack, OpticalAttack)
+        reduced = not (needs.scan or whole or isinstance(pipeline.attack, OpticalAttack))
         width = width_read(pipeline.detector) if reduced else None
         return SensorPerception(pipeline, replace(needs, width=width))
 
@@ -258,14 +263,26 @@ def light_perceptions(made: Made, motion: Motion, count: int) -> list[LightPerce
     return [kinds[type(made)]() for _ in range(count)]
 
 
+def _is_whole(given: Mapping[str, Any]) -> bool:
+    """Whether a level's images are asked for at full width, whatever is read of them.
+
+    Raises:
+        ConfigurationError: That is neither true nor false.
+    """
+    whole = given.get(_FULL_WIDTH, False)
+    if not isinstance(whole, bool):
+        raise ConfigurationError(f"{_FULL_WIDTH} is true or false, got {whole!r}")
+    return whole
+
+
 def _level(given: Mapping[str, Any]) -> str | DrivePerception:
-    """The level in a dictionary; an error model alone has an argument, its name or file.
+    """The level in a dictionary, its arguments left out, or the error model that one names.
 
     Raises:
         ConfigurationError: It has no name, or arguments that the level does not have.
         DataError: The error model is missing or damaged.
     """
-    known = ["name", "model"] if given.get("name") == ERROR_MODEL else ["name"]
+    known = ["name", *_ARGUMENTS.get(given.get("name"), ())]
     for name in given:
         if name not in known:
             problem = f"perception has no {name!r}"

@@ -73,16 +73,22 @@ def test_light_is_placed_by_the_pixels_of_the_cameras_own_image() -> None:
     """And so is the same light in every car, whatever width its detector reads."""
     light = {"name": "facula", "camera": 2, "radius": 270, "centre": [609, 173]}
     widths = {}
-    for name, attack in (("unattacked", None), ("perturbed", "thesis_pgd"), ("lit", light)):
+    whole = {"name": "stereo", "full_width": True}
+    for name, perception, attack in (
+        ("unattacked", "stereo", None),
+        ("perturbed", "stereo", "thesis_pgd"),
+        ("lit", "stereo", light),
+        ("whole", whole, None),
+    ):
         env = gym.make(
             "avsec/ClosedLoop-v0",
             scenarios=DRIVES,
-            perception="stereo",
+            perception=perception,
             detector="stereo_rcnn",
             attack=attack,
         )
         widths[name] = env.unwrapped.perception.needs.width  # type: ignore[attr-defined]
-    assert widths["lit"] is None
+    assert widths["lit"] is widths["whole"] is None
     assert widths["unattacked"] == widths["perturbed"] < 1242
 
 

@@ -83,7 +83,10 @@ def test_a_page_shows_the_worst_drives_last_view_and_the_others_of_that_time(
             "duration": duration, "at_fault": outcome == "collision",
         }  # fmt: skip
 
-    rows = (row("a", "goal", 6.0), row("b", "collision", 4.2), row("c", "stopped", 8.0))
+    rows = (
+        row("blind", "collision", 2.1),  # It has no camera.
+        row("a", "goal", 6.0), row("b", "collision", 4.2), row("c", "stopped", 8.0),
+    )  # fmt: skip
     scene = DrivenScene("s", "straight", rows)
     folder: Any = SimpleNamespace(out=tmp_path)
     assert views_row(folder, scene) is None
@@ -94,3 +97,17 @@ def test_a_page_shows_the_worst_drives_last_view_and_the_others_of_that_time(
     assert [each.caption for each in shown.pictures] == [
         "a, after 4.0 s", "b, after 4.0 s", "c, after 1.0 s",
     ]  # fmt: skip
+    early = views_row(folder, scene, 3.9)
+    assert early is not None
+    assert [each.caption for each in early.pictures] == [
+        "a, after 3.5 s", "b, after 0.0 s", "c, after 1.0 s",
+    ]  # fmt: skip
+
+
+def test_a_drive_that_is_made_again_keeps_no_views_of_before(tmp_path: Path) -> None:
+    write_views(tmp_path, "a", {0: b"0", 3000: b"old"})
+    write_views(tmp_path, "a", {0: b"1"})
+    assert view_until(tmp_path, "a") == (0.0, b"1")
+    write_views(tmp_path, "a", {})
+    assert view_until(tmp_path, "a") is None
+    assert list((tmp_path / "views").iterdir()) == []

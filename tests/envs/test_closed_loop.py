@@ -132,7 +132,11 @@ def test_wrong_configurations_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="name a validator"):
         made(handover=1.0)
     with pytest.raises(ConfigurationError, match="handover"):
-        made(perception=Distrusting(), handover=-1.0)
+        made(perception=Distrusting(), handover=0.0)
+    with pytest.raises(ConfigurationError, match="true or false"):
+        made(scenarios="drives", perception={"name": "stereo", "full_width": 1})
+    with pytest.raises(ConfigurationError, match="perception has no 'full_width'"):
+        made(perception={"name": "truth", "full_width": True})
 
 
 class Distrusting(TruthPerception):
@@ -147,6 +151,8 @@ class Distrusting(TruthPerception):
 
 
 def test_a_car_that_stands_by_alarms_is_handed_over() -> None:
+    scores = []
+
     def ends(until: float, handover: float | None) -> tuple[str, float, float]:
         env = made(perception=Distrusting(until), handover=handover)
         driver = PlannerDriver(env)
@@ -159,6 +165,7 @@ def test_a_car_that_stands_by_alarms_is_handed_over() -> None:
             stood = elapsed if speed <= 0.05 and math.isnan(stood) else stood
             if terminated or truncated:
                 assert truncated == (info["outcome"] in ("stopped", "time"))
+                scores.append(info["progress_share"])
                 return info["outcome"], elapsed, stood
 
     outcome, elapsed, _ = ends(math.inf, None)
@@ -166,6 +173,9 @@ def test_a_car_that_stands_by_alarms_is_handed_over() -> None:
     outcome, elapsed, stood = ends(math.inf, 1.5)
     assert outcome == "stopped"
     assert stood + 1.3 < elapsed < stood + 1.7
+    # Who is handed over has come no farther than who stands until the time is over.
+    assert scores[1] == pytest.approx(scores[0])
+    assert scores[0] < 1.0
     # An alarm that is over before that hands nothing over.
     outcome, elapsed, _ = ends(stood + 0.5, 1.5)
     assert elapsed == 8.0 or outcome == "goal"

@@ -186,7 +186,7 @@ def test_the_defended_drive_states_how_far_it_came_and_when_it_first_braked_to_a
     stop: float | None, words: str
 ) -> None:
     found = [*in_words(rows_of(well=True, at_fault=True), {"defended": stop})]
-    assert found[-3] == f"With the laser, and a validator that stops the car at an alarm: {words}"
+    assert found[-2] == f"With the laser, and a validator that stops the car at an alarm: {words}"
 
 
 def test_a_scene_is_only_called_what_its_drives_show(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,6 +27,7 @@ def test_what_goes_wrong_is_left_to_who_drives_on(
     (tmp_path / RECORD).write_text('{"format": 2, "settings": {"mine": {}}}')
     (tmp_path / "drives.jsonl").write_text("{}\n")
     with drives_ahead(tmp_path, 1, 0, processes=2) as ahead:
+        ahead.wait_for_frames(lambda done, total: None)
         ahead.wait(lambda done, total: None)
     assert "Traceback" not in capfd.readouterr().err
     assert not are_demo_drives(tmp_path, 0)

@@ -160,7 +160,9 @@ class LightDrive:
         if self.outcome is None and self.elapsed >= place.duration - 1e-9:
             self.outcome = outcome_of_time(self.log())
         if self.outcome is not None:
-            self.record = record_of(self.log(), place.scene, self.intention, self.outcome)
+            self.record = record_of(
+                self.log(), place.scene, self.intention, self.outcome, place.duration
+            )
 
     def surroundings(self) -> Surroundings:
         """The truth at the present instant."""

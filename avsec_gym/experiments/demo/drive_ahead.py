@@ -41,7 +41,7 @@ class DrivesAhead:
         Args:
             on_progress: Function that gets the number of frames that are there and that of all.
         """
-        with suppress(EOFError):
+        with suppress(EOFError, AvsecError):
             while self._worker is not None and (seen := self._worker.receive()) is not None:
                 on_progress(*seen)
 
@@ -80,7 +80,7 @@ def drives_ahead(out: Path, scenes: int, seed: int, processes: int) -> Iterator[
         >>> with drives_ahead(Path("out/drives"), scenes=3, seed=0, processes=1) as ahead:
         ...     ahead.wait(lambda done, total: None)  # Nothing was begun.
     """
-    worker = Worker(_render, out, scenes, seed, threads=1) if processes > 1 else None
+    worker = Worker(_render, out, scenes, seed, processes - 1, threads=1) if processes > 1 else None
     try:
         yield DrivesAhead(out, worker)
     finally:
@@ -89,12 +89,12 @@ def drives_ahead(out: Path, scenes: int, seed: int, processes: int) -> Iterator[
             worker.join()
 
 
-def _render(connection: Connection, out: Path, scenes: int, seed: int) -> None:
+def _render(connection: Connection, out: Path, scenes: int, seed: int, processes: int) -> None:
     with quick_compilation():
-        # Meanwhile the other process compiles the planner, which the choice of scenes needs, too.
-        texture_library()
         with suppress(AvsecError):
-            contested_frames(scenes, seed, 1, lambda *done: connection.send(done))
+            # Meanwhile the other process compiles the planner, which the choice of scenes needs.
+            texture_library()
+            contested_frames(scenes, seed, processes, lambda *done: connection.send(done))
         connection.send(None)
         with suppress(AvsecError):
             drive_on(out, seed)

@@ -16,7 +16,7 @@ from avsec_gym.drives.drive_folder import RECORD, DriveFolder, has_drives
 from avsec_gym.drives.drive_row import DriveRow
 from avsec_gym.drives.scene_figures import KEY_OF_STRIPS, scene_figure, shown_drives, views_row
 from avsec_gym.drives.telling import DrivenScene, by_scene, outcome_in_words
-from avsec_gym.experiments.demo.drive_on import ATTACKED, CONTROL, DEFENDED, HANDOVER, UNATTACKED
+from avsec_gym.experiments.demo.drive_on import ATTACKED, CONTROL, DEFENDED, UNATTACKED
 from avsec_gym.experiments.demo.experiment import FULL_REPORT
 from avsec_gym.experiments.demo.telling_drive import TELLING
 from avsec_gym.runs.section import Section
@@ -65,24 +65,30 @@ def driven_section(out: Path) -> Section | None:
         return None
     folder, scene = _folder(out), by_scene(rows)[0]
     first_stops = {row["setting"]: _first_stop(folder, row) for row in rows}
-    row = views_row(folder, scene)
+    attacked = next(row for row in rows if row["setting"] == ATTACKED)
+    row = views_row(folder, scene, attacked["duration"])
     views = [Figure("The last that the attacked car sees", pictures=[row])] if row else []
     return Section(
         "drives",
         "A car drives on under a laser",
-        [*in_words(rows, first_stops)],
+        [*in_words(rows, first_stops, _record(out)["settings"][DEFENDED].get("handover"))],
         [*views, _film(folder, scene), scene_figure(folder, scene, views=False)],
         link="Driving on",
         context=KEY_OF_STRIPS,
     )
 
 
-def in_words(rows: Sequence[DriveRow], first_stops: Mapping[str, float | None]) -> Iterator[str]:
+def in_words(
+    rows: Sequence[DriveRow],
+    first_stops: Mapping[str, float | None],
+    handover: float | None = None,
+) -> Iterator[str]:
     """The scene, what was passed over for it, and how the drives in it ended, a sentence each.
 
     Args:
         rows: The rows that `driven_rows` makes.
         first_stops: When each setting's first emergency stop begins, seconds; None: it has none.
+        handover: Seconds that a defended car stands before it is handed over; None: it is not.
     """
     ends = {row["setting"]: row for row in rows}
     yield from _scene_in_words(ends[UNATTACKED], ends[ATTACKED])
@@ -90,7 +96,8 @@ def in_words(rows: Sequence[DriveRow], first_stops: Mapping[str, float | None]) 
     yield f"With a laser on the left camera: {_end(ends[ATTACKED])}."
     defended = f"{_end(ends[DEFENDED])}{_stops(ends[DEFENDED], first_stops[DEFENDED])}"
     yield f"With the laser, and a validator that stops the car at an alarm: {defended}."
-    yield f"A car that has stood by alarms for {HANDOVER:g} s is handed over to a human."
+    if handover is not None:
+        yield f"A car that has stood by alarms for {handover:g} s is handed over to a human."
     if CONTROL in ends:
         control = f"{_end(ends[CONTROL])}{_stops(ends[CONTROL], first_stops[CONTROL])}"
         yield f"With the validator, but without the laser, as a control: {control}."
