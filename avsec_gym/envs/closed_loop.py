@@ -134,8 +134,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       `{"source": "drives", "assets": "judge"}`: drives with cars that no detector was trained on.
     * `perception="truth"`: or `"blind"`; or `"lidar"`: a scan is rendered from where the car is,
       for a LiDAR detector (`"pixor"` where none is named); or `"stereo"`: a pair of images is, at
-      the width that the detector reads (`"dsgn"`), under an optical attack at full width, as
-      `{"name": "stereo", "full_width": True}` has them for the car without an attack; or
+      the width that the detector reads (`"dsgn"`), and light lies in them where it would in those
+      of full width; or
       `"sensors"`: images of full width and a scan, as attacks on sensors and validators need them;
       or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector, without
       images; or a live `DrivePerception`.

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.argument_checks import one_of
+from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.optical_attack import OpticalAttack, check_attacked, check_there
 from avsec_gym.closed_loop.error_model.model import ErrorModel
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
@@ -33,6 +34,7 @@ from avsec_gym.envs.parts import Parts
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.pipeline import Pipeline
 from avsec_gym.registry import Kind, check, make
+from avsec_gym.rig import KITTI_SIZE
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_set import SceneSet
@@ -49,9 +51,6 @@ SENSING = (SENSORS, LIDAR, STEREO)
 """The perceptions that read what the sensors deliver."""
 _DETECTORS = {LIDAR: "pixor", STEREO: "dsgn"}
 """Detectors where none is named."""
-_FULL_WIDTH = "full_width"
-_ARGUMENTS: dict[Any, tuple[str, ...]] = {ERROR_MODEL: ("model",), STEREO: (_FULL_WIDTH,)}
-"""What levels have beside their names."""
 _SENSING_PARTS = ("attack", "classifier", "selector", "validator")
 """Parts that work on what sensors deliver, or on what is detected in it."""
 
@@ -119,9 +118,7 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
     if parts.validator is not None:
         check(Kind.VALIDATOR, parts.validator)
     # A dictionary: a level with its arguments, or an error model, which is live at once.
-    whole = False
     if isinstance(perception, Mapping):
-        whole = _is_whole(perception)
         perception = _level(perception)
     if isinstance(perception, str) and perception == ERROR_MODEL:
         raise ConfigurationError(
@@ -162,9 +159,13 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
                 validator=parts.validator,
                 response=parts.response,
             )
-        # Light is placed by the pixels of a camera's own image, and not by those that are read.
-        reduced = not (needs.scan or whole or isinstance(pipeline.attack, OpticalAttack))
-        width = width_read(pipeline.detector) if reduced else None
+        width = width_read(pipeline.detector) if not needs.scan else None
+        if width is not None and isinstance(pipeline.attack, OpticalAttack):
+            # Light is placed by the pixels of a camera's own image: it goes with them.
+            if isinstance(pipeline.attack, Facula):
+                pipeline = replace(pipeline, attack=_reduced(pipeline.attack, width))
+            else:
+                width = None
         return SensorPerception(pipeline, replace(needs, width=width))
 
     return sensors, planner
@@ -263,26 +264,23 @@ def light_perceptions(made: Made, motion: Motion, count: int) -> list[LightPerce
     return [kinds[type(made)]() for _ in range(count)]
 
 
-def _is_whole(given: Mapping[str, Any]) -> bool:
-    """Whether a level's images are asked for at full width, whatever is read of them.
-
-    Raises:
-        ConfigurationError: That is neither true nor false.
-    """
-    whole = given.get(_FULL_WIDTH, False)
-    if not isinstance(whole, bool):
-        raise ConfigurationError(f"{_FULL_WIDTH} is true or false, got {whole!r}")
-    return whole
+def _reduced(attack: Facula, width: int) -> Facula:
+    """The same light in images of another width; its radius is that of a wide one in any case."""
+    if attack.centre is None:
+        return attack
+    share = width / KITTI_SIZE[0]
+    u, v = attack.centre
+    return replace(attack, centre=(share * u, share * v))
 
 
 def _level(given: Mapping[str, Any]) -> str | DrivePerception:
-    """The level in a dictionary, its arguments left out, or the error model that one names.
+    """The level in a dictionary; an error model alone has an argument, its name or file.
 
     Raises:
         ConfigurationError: It has no name, or arguments that the level does not have.
         DataError: The error model is missing or damaged.
     """
-    known = ["name", *_ARGUMENTS.get(given.get("name"), ())]
+    known = ["name", "model"] if given.get("name") == ERROR_MODEL else ["name"]
     for name in given:
         if name not in known:
             problem = f"perception has no {name!r}"

@@ -3,6 +3,7 @@ from __future__ import annotations
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 import pytest
 
 import avsec_gym  # noqa: F401 - registers the environments.
@@ -69,27 +70,32 @@ def test_images_are_rendered_at_the_width_that_the_detector_reads() -> None:
     assert share == pytest.approx(320 / 1242)
 
 
-def test_light_is_placed_by_the_pixels_of_the_cameras_own_image() -> None:
-    """And so is the same light in every car, whatever width its detector reads."""
-    light = {"name": "facula", "camera": 2, "radius": 270, "centre": [609, 173]}
-    widths = {}
-    whole = {"name": "stereo", "full_width": True}
-    for name, perception, attack in (
-        ("unattacked", "stereo", None),
-        ("perturbed", "stereo", "thesis_pgd"),
-        ("lit", "stereo", light),
-        ("whole", whole, None),
-    ):
+def test_light_lies_at_the_same_place_in_images_of_any_width() -> None:
+    """The share of each image that is overexposed, and its middle, are those of full width."""
+    light = {"name": "facula", "camera": 2, "radius": 270, "centre": [300, 100]}
+    middles = {}
+    for level in ("stereo", "sensors"):
         env = gym.make(
             "avsec/ClosedLoop-v0",
-            scenarios=DRIVES,
-            perception=perception,
+            scenarios={"source": "drives", "seed": 1, "count": 1},
+            perception=level,
             detector="stereo_rcnn",
-            attack=attack,
+            attack=light,
         )
-        widths[name] = env.unwrapped.perception.needs.width  # type: ignore[attr-defined]
-    assert widths["lit"] is widths["whole"] is None
-    assert widths["unattacked"] == widths["perturbed"] < 1242
+        env.reset(seed=0)
+        perception: Any = env.unwrapped.perception  # type: ignore[attr-defined]
+        image = perception.frame.image(2)
+        other = perception.frame.image(3)
+        gained = np.maximum(image.astype(float) - other, 0.0).sum(2)
+        height, width = gained.shape
+        rows, columns = np.mgrid[:height, :width]
+        middles[width] = [
+            (gained * columns).sum() / gained.sum() / width,
+            (gained * rows).sum() / gained.sum() / height,
+        ]
+    (narrow, found), (wide, expected) = sorted(middles.items())
+    assert narrow < wide == 1242
+    assert found == pytest.approx(expected, abs=0.02)
 
 
 def test_scenes_without_rendered_sensors_stay_as_they_are() -> None:

@@ -133,10 +133,6 @@ def test_wrong_configurations_are_refused() -> None:
         made(handover=1.0)
     with pytest.raises(ConfigurationError, match="handover"):
         made(perception=Distrusting(), handover=0.0)
-    with pytest.raises(ConfigurationError, match="true or false"):
-        made(scenarios="drives", perception={"name": "stereo", "full_width": 1})
-    with pytest.raises(ConfigurationError, match="perception has no 'full_width'"):
-        made(perception={"name": "truth", "full_width": True})
 
 
 class Distrusting(TruthPerception):

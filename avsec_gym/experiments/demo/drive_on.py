@@ -33,7 +33,7 @@ FOLDER = "drives"
 UNATTACKED, ATTACKED, DEFENDED = "unattacked", "attacked", "defended"
 CONTROL = "defended-unattacked"
 """Names of the settings."""
-_EYES = {"perception": {"name": "stereo", "full_width": True}, "detector": "stereo_rcnn"}
+_EYES = {"perception": "stereo", "detector": "stereo_rcnn"}
 _LASER = {"name": "facula", "camera": 2, "radius": THESIS_RADII[1], "centre": [609, 173]}
 """The thesis' largest light, on the left camera, aimed at where a straight road vanishes."""
 _VALIDATOR = {
