@@ -18,9 +18,18 @@ def embedded(image: NDArray[np.uint8]) -> str:
     Args:
         image: Image in red, green and blue, shape (H, W, 3).
     """
+    return embedded_file(webp(image))
+
+
+def webp(image: NDArray[np.uint8]) -> bytes:
+    """A WebP file.
+
+    Args:
+        image: Image in red, green and blue, shape (H, W, 3).
+    """
     bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     _, content = cv2.imencode(".webp", bgr, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
-    return embedded_file(content.tobytes())
+    return content.tobytes()
 
 
 def embedded_file(content: bytes) -> str:

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import cv2
+import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.drawing.embedded_image import webp
 from avsec_gym.drawing.frame_picture import with_boxes
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.folders import make_folder
@@ -20,8 +22,6 @@ VIEWS = "views"
 _WIDTH = 621
 """Pixels: half of a KITTI image."""
 _MOST_BYTES = 2**22
-_QUALITY = 82
-"""Quality of WebP."""
 
 
 class CameraViews:
@@ -46,10 +46,8 @@ class CameraViews:
         believed = perception.perceived.believed
         image = with_boxes(frame.image(LEFT), believed, frame.calibration, LEFT)
         size = (_WIDTH, round(_WIDTH * image.shape[0] / image.shape[1]))
-        small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-        bgr = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
-        _, content = cv2.imencode(".webp", bgr, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
-        self.pictures[time] = content.tobytes()
+        small = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+        self.pictures[time] = webp(small)
 
 
 def write_views(out: Path, id: str, pictures: dict[int, bytes]) -> None:

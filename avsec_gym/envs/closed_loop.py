@@ -34,6 +34,7 @@ from avsec_gym.envs.closed_loop_info import SoFar, drive_info
 from avsec_gym.envs.closed_loop_observation import observation_of
 from avsec_gym.envs.closed_loop_parts import (
     check_sensing,
+    checked_handover,
     checked_scenarios,
     perception_of,
     sensors_read,
@@ -134,11 +135,10 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       `{"source": "drives", "assets": "judge"}`: drives with cars that no detector was trained on.
     * `perception="truth"`: or `"blind"`; or `"lidar"`: a scan is rendered from where the car is,
       for a LiDAR detector (`"pixor"` where none is named); or `"stereo"`: a pair of images is, at
-      the width that the detector reads (`"dsgn"`), and light lies in them where it would in those
-      of full width; or
-      `"sensors"`: images of full width and a scan, as attacks on sensors and validators need them;
-      or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector, without
-      images; or a live `DrivePerception`.
+      the width that the detector reads (`"dsgn"`), a facula where it would lie in those of full
+      width; or `"sensors"`: images of full width and a scan, as attacks on sensors and validators
+      need them; or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector,
+      without images; or a live `DrivePerception`.
     * `detector="dsgn"`, `attack=None`, `classifier=None`, `selector=None`, `validator=None`,
       `response="stop"`, `score_threshold=0.3`: the parts of cars with sensors, as everywhere; named
       beside another perception, they are refused.
@@ -192,7 +192,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self._scenarios = checked_scenarios(taken.scenarios)
         self._perception, self.planner = perception_of(perception, taken)
         check_sensing(perception, taken)
-        self.handover = _checked_handover(handover, perception, taken.validator)
+        self.handover = checked_handover(handover, perception, taken.validator)
         """Seconds that the car stands by alarms until the drive ends; inf: that ends none."""
         if one_of("observation", observation, (FEATURES, FRAME)) == FRAME:
             config = _observing_frames(config, frame_size, sensors_read(perception, taken))
@@ -452,21 +452,6 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             "speed": float(self.vehicle.speed),
             "crashed": bool(self.vehicle.crashed),
         }
-
-
-def _checked_handover(handover: float | None, perception: Any, validator: Any) -> float:
-    """The seconds of a handover; inf without one.
-
-    Raises:
-        ConfigurationError: They are no number of seconds, or nothing can raise an alarm.
-    """
-    if handover is None:
-        return math.inf
-    if validator is None and isinstance(perception, str | Mapping):
-        raise ConfigurationError(
-            "handover counts how long the car stands by alarms: name a validator, which raises them"
-        )
-    return number("handover", handover, 0.1, 30.0)
 
 
 def _observing_frames(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.argument_checks import one_of
+from avsec_gym.argument_checks import number, one_of
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.optical_attack import OpticalAttack, check_attacked, check_there
 from avsec_gym.closed_loop.error_model.model import ErrorModel
@@ -199,6 +200,26 @@ def check_sensing(perception: Any, parts: Parts, attacked: frozenset[Sensor] = f
     check_there("the agent's attack", attacked, read, where)
 
 
+def checked_handover(handover: float | None, perception: Any, validator: Any) -> float:
+    """The seconds of a handover; inf without one.
+
+    Args:
+        handover: What was given.
+        perception: A level, or a live `DrivePerception`, which may stop the car by itself.
+        validator: The validator; None: there is none.
+
+    Raises:
+        ConfigurationError: They are no number of seconds, or nothing can raise an alarm.
+    """
+    if handover is None:
+        return math.inf
+    if validator is None and isinstance(perception, str | Mapping):
+        raise ConfigurationError(
+            "handover counts how long the car stands by alarms: name a validator, which raises them"
+        )
+    return number("handover", handover, 0.1, 30.0)
+
+
 def sensors_read(perception: Any, parts: Parts) -> frozenset[Sensor]:
     """The sensors whose data a perception reads; none where it needs no frame.
 
@@ -268,7 +289,7 @@ def _reduced(attack: Facula, width: int) -> Facula:
     """The same light in images of another width; its radius is that of a wide one in any case."""
     if attack.centre is None:
         return attack
-    share = width / KITTI_SIZE[0]
+    share = min(width / KITTI_SIZE[0], 1.0)  # None are rendered wider than the camera's own.
     u, v = attack.centre
     return replace(attack, centre=(share * u, share * v))
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -7,10 +8,12 @@ import numpy as np
 import pytest
 
 import avsec_gym  # noqa: F401 - registers the environments.
+from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.loop_scenes import loop_scenes
 from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
 from avsec_gym.closed_loop.sensor_needs import SensorNeeds, sensing
+from avsec_gym.envs.closed_loop_parts import _reduced
 from avsec_gym.frame import SensorFrame
 
 DRIVES = {"source": "drives", "count": 4}
@@ -96,6 +99,13 @@ def test_light_lies_at_the_same_place_in_images_of_any_width() -> None:
     (narrow, found), (wide, expected) = sorted(middles.items())
     assert narrow < wide == 1242
     assert found == pytest.approx(expected, abs=0.02)
+
+
+def test_light_stays_where_a_detector_reads_more_pixels_than_the_camera_has() -> None:
+    light = Facula(camera=2, centre=(621.0, 100.0))
+    assert _reduced(light, 1248) == light
+    assert _reduced(light, 621).centre == (310.5, 50.0)
+    assert _reduced(replace(light, centre=None), 621).centre is None
 
 
 def test_scenes_without_rendered_sensors_stay_as_they_are() -> None:
