@@ -90,7 +90,7 @@ def view_until(out: Path, id: str, time: float | None = None) -> CameraView | No
     folder = _folder(out, id)
     if not is_folder(folder):
         return None
-    files = {int(path.stem): path for path in folder.glob("*.webp") if path.stem.isdigit()}
+    files = {int(path.stem): path for path in folder.glob("*.webp") if path.stem.isdecimal()}
     until = math.inf if time is None else 1000 * time + 1e-6
     last = max((each for each in files if each <= until), default=None)
     if last is None:

@@ -43,12 +43,15 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         traffic: Any = RECORDED,
         observation: str = FEATURES,
         duration: float = DURATION,
+        handover: float | None = None,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
         **parts: Any,
     ) -> None:
         taken = parts_of(self, parts)
         check_is_light(traffic, config, render_mode)
+        if handover is not None:
+            raise ConfigurationError(f"many drives at once are not handed over: {ALONE}")
         if one_of("observation", observation, (FEATURES, FRAME)) != FEATURES:
             raise ConfigurationError(f"many drives at once have no frames to observe: {ALONE}")
         count = checked_count(num_envs)

@@ -95,7 +95,7 @@ def drives(folder: Path) -> None:
             "ttc_bound": 1.0, "progress_share": 1.0, "comfort": 0.0, "touched": "",
             "hardest_braking": 0.0, "emergency_stops": 0, "first_plan": "safe",
         }  # fmt: skip
-        found.add(Driven(row, _film(), 0.5))
+        found.add(Driven(row, _film(), 0.5, {}))
 
 
 def read_drives(folder: Path) -> Any:
