@@ -18,6 +18,7 @@ from avsec_gym.suggestions import unknown_name
 from studies.catalogue import STUDIES, minutes_of_command
 from studies.docs_pages import docs_called_current, docs_pages
 from studies.index import called_current, outdated, pages
+from studies.kept import keep
 from studies.make_anew import Given, make_anew
 from studies.provenance import read_records
 from studies.source_states import SourceState, source_states
@@ -27,7 +28,11 @@ from studies.study import DATA, ROOT, Study
 def main(arguments: Sequence[str]) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser("python -m studies", description="Makes pages of results.")
-    parser.add_argument("names", nargs="*", help="studies to make anew, or `check`, or `index`")
+    parser.add_argument(
+        "names",
+        nargs="*",
+        help="studies to make anew, or `check`, or `index`, or `keep` and studies",
+    )
     for name, what in DATA.items():
         parser.add_argument(f"--{name}", nargs="+", metavar="DIR", default=[], help=what)
     parser.add_argument("--runs", default="runs", help="where runs lie (default: runs)")
@@ -43,6 +48,9 @@ def main(arguments: Sequence[str]) -> int:
                 _check()
             case ["index"]:
                 _write()
+            case ["keep", *names]:
+                for study in map(_study, names):
+                    print_line(f"{keep(study, ROOT / given['runs'][0]).relative_to(ROOT)} written")
             case names:
                 for study in _asked(names, given):
                     make_anew(study, given)
@@ -63,10 +71,8 @@ def _asked(names: Sequence[str], given: Given) -> list[Study]:
         ConfigurationError: There is no such study, or data are not given.
     """
     found, states = [], source_states(read_records())
-    for name in names:
-        if name not in STUDIES:
-            raise ConfigurationError(unknown_name(f"there is no study {name!r}", name, STUDIES))
-        study = STUDIES[name]
+    for study in map(_study, names):
+        name = study.name
         if lacking := [f"--{need} DIR ({DATA[need]})" for need in study.needs if not given[need]]:
             raise ConfigurationError(f"{name} needs {' and '.join(lacking)}")
         for part in (STUDIES[part] for part in study.shows):
@@ -78,6 +84,17 @@ def _asked(names: Sequence[str], given: Given) -> list[Study]:
                 found.append(part)
         found.append(study)
     return list(dict.fromkeys(found))
+
+
+def _study(name: str) -> Study:
+    """The study of a name.
+
+    Raises:
+        ConfigurationError: There is none.
+    """
+    if name not in STUDIES:
+        raise ConfigurationError(unknown_name(f"there is no study {name!r}", name, STUDIES))
+    return STUDIES[name]
 
 
 def _place(path: str) -> str:

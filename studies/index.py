@@ -18,11 +18,13 @@ _HEAD = """# Studies
 
 What the pages of results stand on: each study answers a question by one command, which writes its
 files anew and records its sources. A command that was stopped goes on where its runs are, which lie
-in `runs` or in `--runs DIR`; *DIR* is data that cannot be in the repository: `python -m studies
---help` lists them. `python -m studies` lists the studies, `python -m studies check` compares their
-sources with those of today and fails where a page calls itself current that is not, and
-`python -m studies index` writes the result into this page and into the remark at the top of every
-other one. A study that has not been made yet has its row and its command here, and no page.
+in `runs` or in `--runs DIR`; `python -m studies keep NAME` packs what it has computed into
+`studies/kept`, and any machine with the same sources goes on from there. *DIR* is data that cannot
+be in the repository: `python -m studies --help` lists them. `python -m studies` lists the studies,
+`python -m studies check` compares their sources with those of today and fails where a page calls
+itself current that is not, and `python -m studies index` writes the result into this page and into
+the remark at the top of every other one. A study that has not been made yet has its row and its
+command here, and no page.
 
 | study | question | command | takes about | sources |
 | --- | --- | --- | --- | --- |

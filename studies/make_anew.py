@@ -12,6 +12,7 @@ import avsec_gym
 from avsec_gym.console import DONE_IN_PART, say
 from avsec_gym.errors import AvsecError
 from avsec_gym.storage.text_files import write_text
+from studies.kept import forget, take_up
 from studies.provenance import Record, read_records, sources_of, write_records
 from studies.study import ROOT, Step, Study
 
@@ -22,6 +23,8 @@ Given = Mapping[str, list[str]]
 def make_anew(study: Study, given: Given) -> None:
     """Take all steps of a study, then record its sources.
 
+    It goes on with what its runs hold, or with what is kept of these in the repository.
+
     Args:
         study: One of the catalogue.
         given: What the steps need.
@@ -30,6 +33,7 @@ def make_anew(study: Study, given: Given) -> None:
         AvsecError: A step failed: its own words stand above.
     """
     begun, sources = time.monotonic(), sources_of(study.sources)
+    take_up(study, ROOT / given["runs"][0])
     for number, step in enumerate(study.steps, start=1):
         passed = (time.monotonic() - begun) / 60
         say(
@@ -47,6 +51,7 @@ def make_anew(study: Study, given: Given) -> None:
         sources=sources,
     )
     write_records(read_records() | {study.name: record})
+    forget(study)
 
 
 def _take(step: Step, given: Given) -> None:
