@@ -21,7 +21,7 @@ from studies.study import ROOT, Study
 
 KEPT = ROOT / "studies" / "kept"
 MOST_BYTES = 2**23
-"""Of an archive."""
+"""The largest archive."""
 _SOURCES = "sources.json"
 """The archive's first file: the sources by which the rest was computed."""
 _PICTURES = {".png", ".jpg", ".webp", ".gif", ".bin", ".log"}

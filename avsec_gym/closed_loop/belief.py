@@ -32,6 +32,7 @@ class Belief:
         speeds: Speeds along the headings that the planner reckons with, m/s, shape (N,).
         road_type: The believed type of the road.
         stops: Whether the car makes an emergency stop, whatever else it believes.
+        alarm: Whether the car's validator raises an alarm.
     """
 
     time: float
@@ -41,6 +42,7 @@ class Belief:
     speeds: Floats
     road_type: RoadType
     stops: bool = False
+    alarm: bool = False
 
     def obstacles(self, lanes: Lanes | None = None, last_step: int = GOAL_STEPS[1]) -> Obstacles:
         """The objects at constant velocity from now on; after the last time step they stand.
@@ -95,4 +97,5 @@ def belief_of(perception: Perception, surroundings: Surroundings, motion: Motion
         speeds=speeds,
         road_type=road_type,
         stops=perception.stops,
+        alarm=perception.validation is not None and perception.validation.alarm,
     )

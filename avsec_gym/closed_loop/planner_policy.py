@@ -82,12 +82,16 @@ class Replanning:
         ambition: The goal that was reached.
         plan: The trajectory to follow.
         problem: The problem that it answers: the world as the car believed it to be.
+        single: What the planner found for the intended lane, before it was asked whether a stop is
+            left: of the first decision, the answer of a single query.  None: nothing, or an alarm
+            stops the car.
     """
 
     time: float
     ambition: Ambition
     plan: Plan
     problem: PlanningScenario
+    single: Plan | None
 
 
 class PlannerPolicy:
@@ -146,17 +150,19 @@ class PlannerPolicy:
         return self.decisions[-1].time + self.replanning if self.decisions else 0.0
 
     def _decision(self, state: EgoState, belief: Belief) -> Replanning:
-        problem = self._problem(state, belief, ())
+        problem, single, cruise = self._problem(state, belief, ()), None, self._cruise(belief)
         if not belief.stops:
             for ambition, goal in self._goals(state, belief):
                 problem = replace(problem, goals=(goal,))
                 first = not self.decisions or ambition == Ambition.CHANGE
-                plan = self._plan(problem, self._cruise(belief), thorough=first)
+                found = self._searched(problem, cruise, thorough=first)
+                if ambition == Ambition.CHANGE:
+                    single = found
+                plan = self._fail_safe(found, problem, cruise)
                 if plan is not None:
-                    return Replanning(belief.time, ambition, plan, problem)
-        return Replanning(
-            belief.time, Ambition.STOP, self._stop(state, problem, belief.time), problem
-        )
+                    return Replanning(belief.time, ambition, plan, problem, single)
+        stop = self._stop(state, problem, belief.time)
+        return Replanning(belief.time, Ambition.STOP, stop, problem, single)
 
     def _problem(
         self, state: EgoState, belief: Belief, goals: tuple[Goal, ...]
@@ -236,15 +242,14 @@ class PlannerPolicy:
             velocity=velocity,
         )
 
-    def _plan(
-        self, problem: PlanningScenario, cruise: tuple[float, float], *, thorough: bool
+    def _fail_safe(
+        self, plan: Plan | None, problem: PlanningScenario, cruise: tuple[float, float]
     ) -> Plan | None:
-        """A fail-safe trajectory to the goal; None where none is found.
+        """The plan, or another to the same goal, that is fail-safe; None where none is found.
 
         The planner looks at time steps alone, as in the thesis, and no further than to the goal.
         Where that is not enough, it is shown larger obstacles, and asked once more.
         """
-        plan = self._searched(problem, cruise, thorough=thorough)
         if plan is None or self._holds(plan, problem):
             return plan
         wider = problem.with_obstacles(widened(problem.obstacles))

@@ -20,7 +20,7 @@ from avsec_gym.storage.portable_names import portable
 from avsec_gym.storage.regular_files import is_there
 from avsec_gym.storage.text_files import write_text
 
-FORMAT = 2
+FORMAT = 3
 """Raised when a row or a film changes: nothing goes on with those of an earlier format."""
 RECORD, ROWS, SECONDS, FILMS = "drives.json", "drives.jsonl", "seconds.jsonl", "films"
 """What was asked for; a row for each drive; how long each took; a film for each."""

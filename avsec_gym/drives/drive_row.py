@@ -39,10 +39,12 @@ class DriveRow(TypedDict):
     touched: str
     hardest_braking: float
     emergency_stops: int
+    alarms: int
+    """The number of perceived instants at which the car's validator raised an alarm."""
     first_plan: Literal["safe", "collision", "unplanned"]
-    """The collision check of the first plan alone, as a single query has it: ``safe``,
-    ``collision``, or ``unplanned`` where the car began with an emergency stop, or where its driver
-    makes no plans."""
+    """The collision check of a single query at the start: of the plan to the intended lane, whether
+    the car drives it or begins less ambitiously.  ``unplanned``: there is none, an alarm stops the
+    car, or its driver makes no plans."""
 
 
 class DriveSeconds(TypedDict):

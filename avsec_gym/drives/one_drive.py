@@ -145,6 +145,7 @@ def drive(environment: Any, task: DriveTask, by: Any = PLANNER, *, views: bool =
         "touched": _touched(played, film),
         "hardest_braking": round(float(film.braking.max()), 6),
         "emergency_stops": len(stops),
+        "alarms": int(info["alarms"]),
         "first_plan": _first_plan(decisions[0], start, played.scene.lanes)
         if decisions
         else UNPLANNED,
@@ -158,17 +159,19 @@ def _decisions(driver: Driver) -> list[Replanning]:
 
 
 def _first_plan(decision: Replanning, start: Surroundings, lanes: Lanes) -> str:
-    """The outcome of the first plan, were it driven to its end: what a single query reports.
+    """The outcome of a single query: of the plan to the intended lane, were it driven to its end.
+
+    The car itself begins with something less ambitious where no stop would be left.
 
     Args:
         decision: The first decision.
         start: The truth at the start, whose objects go on at constant velocity.
         lanes: The lanes, which these follow where they bend.
     """
-    if decision.ambition == Ambition.STOP:
+    if decision.single is None:
         return UNPLANNED
     truth = belief_of(TruthPerception().perceive(start), start, Motion.TRUTH)
-    return judge(decision.plan, decision.problem, truth.obstacles(lanes)).outcome
+    return judge(decision.single, decision.problem, truth.obstacles(lanes)).outcome
 
 
 def _plain(value: Any) -> Any:

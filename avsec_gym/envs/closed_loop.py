@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium as gym
 from highway_env.envs.common.abstract import AbstractEnv
 
-from avsec_gym.argument_checks import number, one_of
+from avsec_gym.argument_checks import number, one_of, whole_number
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.closed_loop.belief import Belief, belief_of
 from avsec_gym.closed_loop.drive_log import DriveLog
@@ -118,10 +118,12 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     (`is_success`: it reached its goal and touched nothing), `cost` (s; nan where a drive ended
     otherwise), `path_length` and `progress` along the road (m), `outcome` (`goal`, `collision`,
     `off_road`, `stopped`, `time`; `driving` before the end, `reset` at reset), `scenario`,
-    `intention`; highway-env's `speed` and `crashed`.  Known at the end: `smallest_distance` (m) and
-    `time_to_collision` (s; the least of the drive, inf where none lies within 3 s, and before the
-    end), `cost_sm1`, `at_fault` (1 where the car is to blame, by nuPlan's rule), `navsim_score` and
-    its parts `no_collision`, `drivable`, `ttc_bound`, `progress_share`, `comfort` (0 before).
+    `intention`; highway-env's `speed` and `crashed`; `alarm` (of the validator, now) and `alarms`
+    (so many so far; frames that are left out raise none).  Known at the end: `smallest_distance`
+    (m) and `time_to_collision` (s; the least of the drive, inf where none lies within 3 s, and
+    before the end), `cost_sm1`, `at_fault` (1 where the car is to blame, by nuPlan's rule),
+    `navsim_score` and its parts `no_collision`, `drivable`, `ttc_bound`, `progress_share`,
+    `comfort` (0 before).
 
     ## Arguments
     * `scenarios="drives"`: 100 procedural drives on the world's own road, straight or bent, each
@@ -143,7 +145,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       `response="stop"`, `score_threshold=0.3`: the parts of cars with sensors, as everywhere; named
       beside another perception, they are refused.
     * `motion="truth"`: how the planner takes believed objects to move: as the true object that
-      each overlaps most; `"static"`; `"classifier"`.
+      each overlaps most; `"static"`; with a `classifier` `"classifier"`, as it answers.
     * `planner="astar"`: of `PlannerDriver`.
     * `traffic="recorded"`: or `"reacting"`: vehicles that drive in a lane are driven by
       highway-env's IDM; or `{"name": "reacting", "share": 0.5}`, a share of them, which follows
@@ -194,8 +196,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         check_sensing(perception, taken)
         self.handover = checked_handover(handover, perception, taken.validator)
         """Seconds that the car stands by alarms until the drive ends; inf: that ends none."""
+        size = _checked_size(frame_size)
         if one_of("observation", observation, (FEATURES, FRAME)) == FRAME:
-            config = _observing_frames(config, frame_size, sensors_read(perception, taken))
+            config = _observing_frames(config, size, sensors_read(perception, taken))
         self._scenes: LoopScenes | None = None
         self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""
@@ -228,7 +231,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         """Change the configuration.
 
         Raises:
-            ConfigurationError: It is no dictionary, or highway-env has no such key.
+            ConfigurationError: It is no dictionary, highway-env has no such key, or a frequency is
+                no whole number of hertz; there are no more decisions than simulated steps.
         """
         if config is not None and not isinstance(config, Mapping):
             raise ConfigurationError(
@@ -238,6 +242,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             if name not in self.config:
                 problem = f"highway-env's configuration has no {name!r}"
                 raise ConfigurationError(unknown_name(problem, str(name), self.config))
+        asked = {**self.config, **(config or {})}
+        fastest = whole_number("simulation_frequency", asked["simulation_frequency"], 1, 1000)
+        whole_number("policy_frequency", asked["policy_frequency"], 1, fastest)
         super().configure(None if config is None else dict(config))
 
     def define_spaces(self) -> None:
@@ -312,6 +319,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         )
         self._elapsed = 0
         self._progress = self._before = self._stood = 0.0
+        self._alarms = 0
         self.perception.begin(int(self.np_random.integers(2**31)))
         self.unread_until = 0.0
         self._perceive()
@@ -380,6 +388,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         surroundings = self.surroundings()
         perceived = self.perception.perceive(surroundings)
         self.belief: Belief = belief_of(perceived, surroundings, self.motion)
+        self._alarms += self.belief.alarm
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Drive on for a tenth of a second.
@@ -451,11 +460,24 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             **drive_info(self.record, self.scene.id, str(self.intention), so_far),
             "speed": float(self.vehicle.speed),
             "crashed": bool(self.vehicle.crashed),
+            "alarm": self.belief.alarm,
+            "alarms": self._alarms,
         }
 
 
+def _checked_size(size: Sequence[int]) -> list[int]:
+    """Height and width of the observed images, pixels.
+
+    Raises:
+        ConfigurationError: These are no two whole numbers above 0.
+    """
+    if isinstance(size, str) or not isinstance(size, Sequence) or len(size) != 2:
+        raise ConfigurationError(f"frame_size is a height and a width, got {size!r}")
+    return [whole_number("frame_size", each, 1, 10_000) for each in size]
+
+
 def _observing_frames(
-    config: dict[str, Any] | None, size: Sequence[int], read: frozenset[Sensor]
+    config: dict[str, Any] | None, size: list[int], read: frozenset[Sensor]
 ) -> dict[str, Any]:
     """The configuration with frames as observations.
 
@@ -476,6 +498,4 @@ def _observing_frames(
         raise ConfigurationError(
             'observation="frame" and an observation in config: give one of them'
         )
-    if isinstance(size, str) or len(size) != 2:
-        raise ConfigurationError(f"frame_size is a height and a width, got {size!r}")
-    return {**(config or {}), "observation": {"type": "Frame", "size": list(size)}}
+    return {**(config or {}), "observation": {"type": "Frame", "size": size}}

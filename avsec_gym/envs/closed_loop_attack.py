@@ -13,6 +13,7 @@ from avsec_gym.argument_checks import flag, one_of
 from avsec_gym.closed_loop.attack.attacked_perception import AttackedPerception
 from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.belief import belief_of
+from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.loop_scenes import DRIVES
 from avsec_gym.closed_loop.perception import BlindPerception, DrivePerception, TruthPerception
 from avsec_gym.closed_loop.reacting import RECORDED
@@ -48,6 +49,8 @@ _WHAT_HAPPENED = 5
 """Shares of frames and energy left, alarm, acceleration, steering."""
 _OF_THE_DRIVE = ("scenarios", "planner", "motion", "classifier")
 """Parts that the drive itself takes; the others are those of the perception."""
+_READING_NOTHING = (TruthPerception, BlindPerception, ErrorModelPerception)
+"""Perceptions that no attack on sensors reaches."""
 _MODES = ["human", "rgb_array"]
 _DRAWS = 50
 """Draws for each scene of a set until it counts as one that no car drives safely."""
@@ -176,6 +179,7 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.attack: DriveAttack = make(Kind.DRIVE_ATTACK, kind)
         taken = parts_of(self, with_detector(perception, parts))
         self.drives_on_at_alarms = taken.response is None
+        _check_rates(config)
         self._seen = AttackedPerception(_checked(perception, taken, self.attack), self.attack)
         self._drives: dict[str, Any] = {
             "traffic": traffic,
@@ -336,6 +340,19 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         }
 
 
+def _check_rates(config: dict[str, Any] | None) -> None:
+    """Refuse frames of another length than a tenth of a second: budgets count frames.
+
+    Raises:
+        ConfigurationError: highway-env's configuration has other frequencies.
+    """
+    for name, usual in ClosedLoopEnv.default_config().items():
+        if name.endswith("_frequency") and (config or {}).get(name, usual) != usual:
+            raise ConfigurationError(
+                f"an attack's frames are a tenth of a second each: leave {name} at {usual}"
+            )
+
+
 def _checked(perception: Any, parts: Parts, attack: DriveAttack) -> Callable[[], DrivePerception]:
     """What makes the car's perception without the attack.
 
@@ -348,6 +365,10 @@ def _checked(perception: Any, parts: Parts, attack: DriveAttack) -> Callable[[],
         raise ConfigurationError(
             f'this attack tampers with sensor data, which perception="{level}" does not read: '
             f'give perception="{SENSORS}" and scenarios="{DRIVES}"'
+        )
+    if attack.sensors and isinstance(perception, _READING_NOTHING):
+        raise ConfigurationError(
+            f"this attack tampers with sensor data, which {type(perception).__name__} does not read"
         )
     if not attack.sensors and level in SENSING:
         raise ConfigurationError(

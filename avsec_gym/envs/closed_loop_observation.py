@@ -40,7 +40,6 @@ OBSERVATIONS = (
     "AttributesObservation",
     "ExitObservation",
     "TupleObservation",
-    "MultiAgentObservation",
 )
 """Types of observations: two of this project, and highway-env's."""
 MOST_PIXELS = 10_000

@@ -52,7 +52,15 @@ SENSING = (SENSORS, LIDAR, STEREO)
 """The perceptions that read what the sensors deliver."""
 _DETECTORS = {LIDAR: "pixor", STEREO: "dsgn"}
 """Detectors where none is named."""
-_SENSING_PARTS = ("attack", "classifier", "selector", "validator")
+_SENSING_PARTS = (
+    "attack",
+    "classifier",
+    "selector",
+    "validator",
+    "detector",
+    "response",
+    "score_threshold",
+)
 """Parts that work on what sensors deliver, or on what is detected in it."""
 
 Made = DrivePerception | Callable[[], DrivePerception]
@@ -92,15 +100,19 @@ def checked_scenarios(what: Any) -> Any:
 
 
 def with_detector(perception: Any, parts: Mapping[str, Any]) -> dict[str, Any]:
-    """The parts that a user gave, and the usual detector of the level of perception.
+    """The parts that a user gave, the usual detector of the level, and motion by a classifier.
 
     Args:
         perception: The level.
         parts: The keyword arguments.
     """
     level = perception.get("name") if isinstance(perception, Mapping) else perception
-    usual = _DETECTORS.get(level) if isinstance(level, str) else None
-    return dict(parts) if usual is None else {"detector": usual, **parts}
+    usual: dict[str, Any] = {}
+    if isinstance(level, str) and level in _DETECTORS:
+        usual["detector"] = _DETECTORS[level]
+    if parts.get("classifier") is not None:
+        usual["motion"] = Motion.CLASSIFIER
+    return {**usual, **parts}
 
 
 def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
@@ -134,16 +146,24 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
             )
         if isinstance(perception, ErrorModelPerception):
             _refuse_unasked(parts, "perception by an error model")
+        else:  # It may have classified what moves, and respond to alarms of its own.
+            own = replace(parts, classifier=None, motion=Motion.STATIC, response=Parts.response)
+            _refuse_unasked(own, "a live perception")
         return perception, planner
     # A level: what does not sense asks no part; what does is made when it is needed.
     level = one_of("perception", perception, (TRUTH, BLIND, *SENSING))
+    if level not in SENSING:
+        _refuse_unasked(parts, f'perception="{level}"')
     if parts.motion == Motion.CLASSIFIER and level not in (SENSORS, STEREO):
         raise ConfigurationError(
             'motion="classifier" needs perception="sensors" and a classifier, such as "small"; '
             'without one use "static" or "truth"'
         )
+    if parts.classifier is not None and parts.motion != Motion.CLASSIFIER:
+        raise ConfigurationError(
+            f'motion="{parts.motion}" would leave the classifier unheard: leave one of them out'
+        )
     if level not in SENSING:
-        _refuse_unasked(parts, f'perception="{level}"')
         return (TruthPerception() if level == TRUTH else BlindPerception()), planner
 
     needs = _needs(level, parts)
@@ -235,14 +255,11 @@ def sensors_read(perception: Any, parts: Parts) -> frozenset[Sensor]:
 
 
 def _refuse_unasked(parts: Parts, perception: str) -> None:
-    """Refuse parts of cars with sensors where nothing is sensed: they would never be asked."""
-    named = [name for name in _SENSING_PARTS if getattr(parts, name) is not None]
-    if parts.detector != Parts.detector:
-        named.append("detector")
-    if named:
+    """Refuse parts of cars with sensors where none is asked for."""
+    if named := [name for name in _SENSING_PARTS if getattr(parts, name) != getattr(Parts, name)]:
         raise ConfigurationError(
-            f"{perception} reads no sensor data, so that {' and '.join(named)} would never be "
-            f'asked: give perception="{SENSORS}", or leave out what is not to be asked'
+            f"with {perception}, {' and '.join(named)} would never be asked: give "
+            f'perception="{SENSORS}", or leave out what is not to be asked'
         )
 
 

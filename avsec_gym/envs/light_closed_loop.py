@@ -204,6 +204,8 @@ class LightClosedLoopEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             **drive_info(drive.record, drive.place.scene.id, str(drive.intention), so_far),
             "speed": float(drive.car[2]),
             "crashed": bool(drive.crashed),
+            "alarm": False,  # Nothing here reads sensors.
+            "alarms": 0,
         }
 
 

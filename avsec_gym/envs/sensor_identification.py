@@ -15,12 +15,13 @@ from avsec_gym.attacks.sensor_combination import attack_cases, thesis_attack
 from avsec_gym.envs.actions import checked_flags
 from avsec_gym.envs.identification_frames import (
     PlayedFrame,
+    has_scenes,
     played_frames,
     usual_sensors,
 )
 from avsec_gym.envs.info import episode_info
 from avsec_gym.envs.one_thread import one_thread
-from avsec_gym.envs.parts import parts_of, takes_parts
+from avsec_gym.envs.parts import Parts, parts_of, takes_parts
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
@@ -39,6 +40,16 @@ from avsec_gym.validation.validator import Validation
 Observation = NDArray[np.float32]
 _THESIS = "thesis"
 """The default attack, on sensors that are drawn."""
+_OF_A_CAR = (
+    "detector",
+    "classifier",
+    "selector",
+    "planner",
+    "response",
+    "motion",
+    "score_threshold",
+)
+"""Parts that drive in labelled scenes alone."""
 
 
 @takes_parts(
@@ -100,8 +111,9 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
       or labelled scenes with scans, named as in the other environments: `"mixed"`, a folder in
       KITTI's object layout.
     * The other parts, but for `validator` and `clean`, see `avsec_gym.envs.parts.Parts`; they drive
-      in labelled scenes.  `attack="thesis"`: the thesis' attacks on sensors that are drawn; or an
-      optical attack, such as `{"name": "facula", "camera": 2}`; None: no attack.
+      in labelled scenes, and are refused elsewhere.  `attack="thesis"`: the thesis' attacks on
+      sensors that are drawn; or an optical attack, such as `{"name": "facula", "camera": 2}`; None:
+      no attack.
     * `sensors=None`: S_0 to S_n, the LiDAR, if any, then cameras from right to left; None:
       `("lidar", 1, 3, 2)` in drives, `("lidar", 3, 2)` in labelled scenes.
     * `depth="sgbm"`: how disparities of two cameras are found; a name or a dictionary.
@@ -135,6 +147,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         attack = parts.get("attack", _THESIS)
         self._drawn = isinstance(attack, str) and attack == _THESIS
         self.parts = parts_of(self, {**parts, "attack": None} if self._drawn else parts)
+        self._check_driven()
         self._attack = _optical(self.parts.attack)
         usual = usual_sensors(self.parts.scenarios, self.parts.road)
         self.system = SensorSystem(usual if sensors is None else sensors)
@@ -155,6 +168,19 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         self._attacked = np.zeros(count, bool)
         self._named: NDArray[np.bool_] | None = None
         self._episode: Episode | None = None
+
+    def _check_driven(self) -> None:
+        """Refuse parts of a car where none drives.
+
+        Raises:
+            ConfigurationError: The frames are of recordings, and something drives by a part.
+        """
+        named = [name for name in _OF_A_CAR if getattr(self.parts, name) != getattr(Parts, name)]
+        if named and not has_scenes(self.parts.scenarios, self.parts.road):
+            raise ConfigurationError(
+                f"no car drives in recordings, and {' and '.join(named)} would never be asked: "
+                'give labelled scenes, such as scenarios="mixed", or leave out what is not asked'
+            )
 
     @cached_property
     def frames(self) -> tuple[PlayedFrame, ...]:

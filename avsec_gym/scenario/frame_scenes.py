@@ -277,10 +277,10 @@ def _known_part(sources: Sequence[str | Path], assets: str) -> Assets:
     """
     part = Assets(one_of("part of the assets", assets, Assets))
     for source in sources:
-        if part != Assets.ALL and str(source) not in SUITES:
+        if part != Assets.ALL and str(source) not in (*SUITES, MIXED_CONTESTED):
             raise ConfigurationError(
-                f"assets is for the suites {', '.join(SUITES)}, not for {source}: `avsec world make"
-                " --assets` makes a folder of a part"
+                f"assets is for the suites {', '.join((*SUITES, MIXED_CONTESTED))}, not for"
+                f" {source}: `avsec world make --assets` makes a folder of a part"
             )
     return part
 
@@ -299,7 +299,7 @@ def _data(source: str | Path, assets: Assets = Assets.ALL) -> KittiObject:
     if str(source) in SUITES:
         return _suite(str(source), assets)
     if str(source) == MIXED_CONTESTED:
-        return KittiObject(contested_sets().contested_frames())
+        return KittiObject(contested_sets().contested_frames(assets=assets))
     if not is_folder(source):
         suites = (*SUITES, MIXED_CONTESTED)
         raise unknown_source(

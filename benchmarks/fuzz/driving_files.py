@@ -93,7 +93,7 @@ def drives(folder: Path) -> None:
             "smallest_distance": None if bad else 8.6, "time_to_collision": None,
             "cost_sm1": 487.2, "navsim_score": 0.83, "no_collision": 1.0, "drivable": 1.0,
             "ttc_bound": 1.0, "progress_share": 1.0, "comfort": 0.0, "touched": "",
-            "hardest_braking": 0.0, "emergency_stops": 0, "first_plan": "safe",
+            "hardest_braking": 0.0, "emergency_stops": 0, "alarms": 0, "first_plan": "safe",
         }  # fmt: skip
         found.add(Driven(row, _film(), 0.5, {}))
 

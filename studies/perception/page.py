@@ -32,6 +32,7 @@ from studies.perception.page_history import every_scoring, real_then_and_now, tr
 from studies.perception.page_networks import (
     DetectorTimes,
     RankedDetector,
+    contested,
     disparity,
     parity,
     ranking,
@@ -57,6 +58,7 @@ FILES = {
     "classifiers": "classifiers.json",
     "seconds": "detector_benchmark.json",
     "ranking": "detector_ranking.json",
+    "contested": "contested_ranking.json",
     "parity": "parity.json",
 }
 """What the page shows; only the first must be there."""
@@ -79,6 +81,7 @@ class DetectorResults:
     classifiers: ClassifierAccuracy | None = None
     seconds: DetectorTimes | None = None
     ranking: Sequence[RankedDetector] | None = None
+    contested: Sequence[RankedDetector] | None = None
     parity: Mapping[str, Mapping[str, float]] | None = None
 
 
@@ -133,9 +136,14 @@ def read_results(folder: Path) -> DetectorResults:
         disparity=read("disparity", lambda found: row_of(DisparityAccuracy, found)),
         classifiers=read("classifiers", lambda found: row_of(ClassifierAccuracy, found)),
         seconds=read("seconds", DetectorTimes.from_json),
-        ranking=read("ranking", lambda found: [row_of(RankedDetector, row) for row in found]),
+        ranking=read("ranking", _ranked),
+        contested=read("contested", _ranked),
         parity=read("parity", dict),
     )
+
+
+def _ranked(found: Sequence[Mapping[str, Any]]) -> list[RankedDetector]:
+    return [row_of(RankedDetector, row) for row in found]
 
 
 def _curves(found: Mapping[str, Any]) -> dict[str, NetworkCurves]:
@@ -166,6 +174,7 @@ def page(results: DetectorResults) -> str:
         classifiers(results.classifiers) if results.classifiers else [],
         seconds(results.seconds) if results.seconds else [],
         ranking(results.ranking) if results.ranking is not None else [],
+        contested(results.contested) if results.contested is not None else [],
         parity(results.parity) if results.parity is not None else [],
     ]
     return "\n\n".join("\n".join(section) for section in sections if section) + "\n"

@@ -61,6 +61,9 @@ class RankedDetector:
     unplanned: int
     found: float
     """The share of the objects that are found."""
+    lead: float | None = None
+    """Its rate less that of the one behind it, in the same episodes; None of the last."""
+    lead_interval: tuple[float, ...] = ()
 
 
 def real(result: DetectorsInRealFrames) -> list[str]:
@@ -198,25 +201,42 @@ def ranking(rows: Sequence[RankedDetector]) -> list[str]:
     return [
         "## Who drives safely",
         "",
-        "`avsec/DetectorBenchmark-v0` on the default suite `mixed`, the same episodes for every"
-        " detector, by `python -m studies.perception.detector_ranking`; rates in percent with 95 %"
-        " Wilson intervals. `nothing` reports no object. The networks were validated on frames of"
-        " this suite.",
+        "`avsec/DetectorBenchmark-v0` on the default suite `mixed` with judging assets, the same"
+        " episodes for every detector, by `python -m studies.detector_ranking`; rates in percent"
+        " with 95 % intervals over scenes. The lead is on the one behind, in the same episodes."
+        " `nothing` reports no object.",
         "",
-        *markdown_table(
-            ["detector", "safe driving", "collisions", "without a plan", "objects found"],
-            [
-                [
-                    f"`{row.detector}`",
-                    interval(100 * row.safe_driving_rate, [100 * bound for bound in row.interval]),
-                    str(row.collisions),
-                    str(row.unplanned),
-                    number(100 * row.found, 1),
-                ]
-                for row in rows
-            ],
-        ),
+        *_ranked(rows),
     ]
+
+
+def contested(rows: Sequence[RankedDetector]) -> list[str]:
+    """The section of `contested_ranking`."""
+    return [
+        "Where a car that sees nothing drives unsafely, and one that sees everything does not"
+        " (`mixed_contested` with judging assets, `python -m studies.contested_ranking`):",
+        "",
+        *_ranked(rows),
+    ]
+
+
+def _ranked(rows: Sequence[RankedDetector]) -> list[str]:
+    return markdown_table(
+        ["detector", "safe driving", "lead", "collisions", "without a plan", "objects found"],
+        [
+            [
+                f"`{row.detector}`",
+                interval(100 * row.safe_driving_rate, [100 * bound for bound in row.interval]),
+                "–"
+                if row.lead is None
+                else interval(100 * row.lead, [100 * bound for bound in row.lead_interval]),
+                str(row.collisions),
+                str(row.unplanned),
+                number(100 * row.found, 1),
+            ]
+            for row in rows
+        ],
+    )
 
 
 def parity(result: Mapping[str, Mapping[str, float]]) -> list[str]:

@@ -19,7 +19,7 @@ ROW: dict[str, Any] = {
     "safe": True, "path_length": 15.1, "progress": 15.1, "smallest_distance": None,
     "time_to_collision": None, "cost_sm1": 4.2, "navsim_score": 0.8, "no_collision": 1.0,
     "drivable": 1.0, "ttc_bound": 1.0, "progress_share": 1.0, "comfort": 0.0, "touched": "",
-    "hardest_braking": 0.0, "emergency_stops": 0, "first_plan": "safe",
+    "hardest_braking": 0.0, "emergency_stops": 0, "alarms": 0, "first_plan": "safe",
 }  # fmt: skip
 
 

@@ -22,6 +22,8 @@ from avsec_gym.evaluation.contested import contested_layouts
 from avsec_gym.geometry import wrap_angle
 from avsec_gym.pipeline import Perception
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
+from avsec_gym.validation.validator import Judgement
 
 FEW = {"source": "layouts", "count": 4}
 
@@ -133,6 +135,45 @@ def test_wrong_configurations_are_refused() -> None:
         made(handover=1.0)
     with pytest.raises(ConfigurationError, match="handover"):
         made(perception=Distrusting(), handover=0.0)
+    with pytest.raises(ConfigurationError, match="frame_size"):
+        made(frame_size="huge")
+    with pytest.raises(ConfigurationError, match="MultiAgentObservation"):
+        made(config={"observation": {"type": "MultiAgentObservation"}})
+
+
+@pytest.mark.parametrize("frequency", [0, -5, 30, "x", 2.5, None])
+def test_a_drive_that_would_never_end_is_refused(frequency: Any) -> None:
+    with pytest.raises(ConfigurationError, match="policy_frequency"):
+        made(config={"policy_frequency": frequency})
+    played = made().unwrapped
+    with pytest.raises(ConfigurationError, match="policy_frequency"):
+        played.reset(seed=0, options={"config": {"policy_frequency": frequency}})
+    if frequency != 30:
+        with pytest.raises(ConfigurationError, match="simulation_frequency"):
+            made(config={"simulation_frequency": frequency})
+
+
+@pytest.mark.parametrize(
+    ("perception", "part"),
+    [
+        ("truth", {"score_threshold": 0.9}),
+        ("blind", {"response": "drop"}),
+        ({"name": "error_model", "model": "dsgn"}, {"score_threshold": 0.9}),
+        (TruthPerception(), {"attack": "facula"}),
+        (TruthPerception(), {"detector": "stereo_rcnn"}),
+        (TruthPerception(), {"score_threshold": 0.9}),
+        ("sensors", {"classifier": "small", "motion": "truth"}),
+    ],
+    ids=str,
+)
+def test_a_part_that_would_never_be_asked_is_refused(perception: Any, part: Any) -> None:
+    with pytest.raises(ConfigurationError, match=f"{next(iter(part))}.*leave"):
+        made(perception=perception, scenarios="drives", **part)
+
+
+def test_with_a_classifier_the_planner_reckons_with_its_answers() -> None:
+    env = made(perception="sensors", scenarios="drives", detector="oracle", classifier="small")
+    assert env.unwrapped.motion == Motion.CLASSIFIER
 
 
 class Distrusting(TruthPerception):
@@ -143,7 +184,8 @@ class Distrusting(TruthPerception):
 
     def perceive(self, surroundings: Surroundings) -> Perception:
         seen = super().perceive(surroundings)
-        return replace(seen, stops=1.0 <= surroundings.time < self.until)
+        alarm = 1.0 <= surroundings.time < self.until
+        return replace(seen, stops=alarm, validation=Judgement(alarm, {}))
 
 
 def test_a_car_that_stands_by_alarms_is_handed_over() -> None:
@@ -175,6 +217,18 @@ def test_a_car_that_stands_by_alarms_is_handed_over() -> None:
     # An alarm that is over before that hands nothing over.
     outcome, elapsed, _ = ends(stood + 0.5, 1.5)
     assert elapsed == 8.0 or outcome == "goal"
+
+
+def test_alarms_are_counted_now_and_so_far() -> None:
+    env = made(perception=Distrusting(2.0))
+    _, info = env.reset(seed=0)
+    heard = []
+    for _ in range(30):
+        assert info["alarms"] == sum(heard)
+        *_, info = env.step(np.zeros(2))
+        heard.append(info["alarm"])
+    # Each of the ten instants from 1.0 to 1.9 s.
+    assert heard == [False] * 9 + [True] * 10 + [False] * 11
 
 
 def test_a_procedural_drive_follows_the_worlds_road() -> None:

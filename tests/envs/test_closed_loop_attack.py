@@ -19,7 +19,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
-from avsec_gym.closed_loop.perception import SensorPerception
+from avsec_gym.closed_loop.perception import BlindPerception, SensorPerception, TruthPerception
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.tracks import Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene, thesis_road
@@ -213,6 +213,19 @@ def test_an_alarm_takes_the_success_of_a_car_that_drives_on(response: str | None
     assert info["outcome"] == "collision"
     assert info["alarms"] > 10
     assert info["is_success"] == (response is not None)
+
+
+@pytest.mark.parametrize("name", ["policy_frequency", "simulation_frequency"])
+def test_an_attacks_frames_are_tenths_of_a_second(name: str) -> None:
+    with pytest.raises(ConfigurationError, match=f"leave {name} at"):
+        made(config={name: 5})
+
+
+@pytest.mark.parametrize("kind", ["facula", "spoofed_scan", "patch"])
+def test_no_attack_on_sensors_is_played_where_none_is_read(kind: str) -> None:
+    for perception in (TruthPerception(), BlindPerception()):
+        with pytest.raises(ConfigurationError, match="does not read"):
+            made(kind=kind, perception=perception)
 
 
 class LightMeter:

@@ -147,7 +147,7 @@ def same_info(infos: dict[str, Any], i: int, info: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("source", "arguments", "steps"),
     [
-        ("layouts", {}, 500),
+        ("layouts", {}, 1000),
         ("layouts", {"perception": ERRORS}, 250),
         ("layouts", {"motion": "static", "duration": 1.25}, 60),
         ("bent", {}, 300),

@@ -125,6 +125,8 @@ def test_frames_to_train_on_and_others_to_judge_by() -> None:
         ({"most": 0}, "most"),
         ({"most": 5}, "most"),
         ({"depth": 3}, "depth"),
+        ({"planner": "gbfs"}, "no car drives .* planner would never"),
+        ({"classifier": "small", "response": "drop"}, "classifier and response would never"),
     ],
 )
 def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) -> None:

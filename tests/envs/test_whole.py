@@ -165,7 +165,6 @@ IN_THE_LOOP = {
 }
 
 
-@pytest.mark.slow
 def test_a_car_drives_on_with_every_part(drive: dict[str, Any]) -> None:
     """The laser is detected and reported, and the car drives on by what all parts make of it."""
     env = gym.make("avsec/ClosedLoop-v0", attack=LASER, **(drive | {"response": None}))

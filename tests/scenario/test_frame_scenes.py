@@ -105,7 +105,7 @@ def test_a_suite_of_a_part_of_the_assets_stands_beside_the_usual_one(
 
 def test_assets_of_what_is_made_already_are_refused(root: Path) -> None:
     for refusing in (check_frame_scenes, lambda what: frame_scenes(**what)):
-        for source in (str(root), "mixed_contested"):
+        for source in (str(root), "kitti_contested"):
             with pytest.raises(ConfigurationError, match="assets is for the suites street"):
                 refusing({"source": source, "assets": "judge"})
         with pytest.raises(ConfigurationError, match=r"part of the assets 'jugde'.*judge"):

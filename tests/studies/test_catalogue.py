@@ -115,7 +115,13 @@ def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model
 def test_minutes_of_a_command_are_those_of_the_parts_that_it_makes_too() -> None:
     detectors = STUDIES["detectors"]
     # Need no data.
-    made = ("detector_precision", "detector_benchmark", "detector_ranking", "training_history")
+    made = (
+        "detector_precision",
+        "detector_benchmark",
+        "detector_ranking",
+        "contested_ranking",
+        "training_history",
+    )
     parts = sum(STUDIES[name].minutes for name in made)
     assert minutes_of_command(detectors) == detectors.minutes + parts
     assert all(

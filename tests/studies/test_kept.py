@@ -11,6 +11,7 @@ import pytest
 import studies.kept
 from avsec_gym.errors import ConfigurationError, DataError
 from studies.kept import forget, keep, take_up
+from studies.provenance import sources_of
 from studies.study import Step, Study
 
 STUDY = Study(
@@ -83,7 +84,7 @@ def test_an_archive_writes_nothing_outside(tmp_path: Path) -> None:
     (tmp_path / "kept").mkdir()
     with tarfile.open(tmp_path / "kept/new.tar.xz", "w:xz") as archive:
         for name, text in (
-            ("sources.json", json.dumps(studies.kept.sources_of(STUDY.sources))),
+            ("sources.json", json.dumps(sources_of(STUDY.sources))),
             ("../outside.json", "{}"),
         ):
             studies.kept._add(archive, name, text.encode())

@@ -132,7 +132,7 @@ def test_other_parts_of_the_page(kitti: Path, tmp_path: Path) -> None:
     )
     assert write_page(["--results", str(tmp_path), "--json", str(tmp_path / "said.json")]) == 0
     text = (tmp_path / "detectors.md").read_text()
-    assert "| `oracle` | 75.0 (50.0 to 90.0) | 1 | 2 | 100.0 |" in text
+    assert "| `oracle` | 75.0 (50.0 to 90.0) | – | 1 | 2 | 100.0 |" in text
     assert "| `dsgn` | 2 | 2.0e-05 |" in text
     assert "| `dsgn` | 9 | 0.25 | 0.50 | 0.40 |" in text
     assert "Disparity" not in text
