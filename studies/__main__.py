@@ -16,7 +16,6 @@ from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.suggestions import unknown_name
 from studies.catalogue import STUDIES, minutes_of_command
-from studies.docs_pages import docs_called_current, docs_pages
 from studies.index import called_current, outdated, pages
 from studies.kept import keep
 from studies.make_anew import Given, make_anew
@@ -70,11 +69,14 @@ def _asked(names: Sequence[str], given: Given) -> list[Study]:
     Raises:
         ConfigurationError: There is no such study, or data are not given.
     """
-    found, states = [], source_states(read_records())
+    found: list[Study] = []
+    states: dict[str, SourceState] = {}
     for study in map(_study, names):
         name = study.name
         if lacking := [f"--{need} DIR ({DATA[need]})" for need in study.needs if not given[need]]:
             raise ConfigurationError(f"{name} needs {' and '.join(lacking)}")
+        if study.shows and not states:  # All sources are read for them.
+            states = source_states(read_records())
         for part in (STUDIES[part] for part in study.shows):
             if lacking := [f"--{need}" for need in part.needs if not given[need]]:
                 say(f"{part.name} stays as it is: it needs {' and '.join(lacking)}")
@@ -141,6 +143,8 @@ def _check() -> None:
     Raises:
         DataError: A page states that its sources are unchanged, and they are not.
     """
+    from studies.docs_pages import docs_called_current, docs_pages
+
     states = source_states(read_records())
     kinds = [state.stale for state in states.values()]
     print_line(
@@ -158,6 +162,9 @@ def _check() -> None:
 
 
 def _write() -> None:
+    # Pages bring in whatever they are made from, which a study begins without.
+    from studies.docs_pages import docs_pages
+
     states = source_states(read_records())
     written = pages(states) | docs_pages(states)
     for path in outdated(written):

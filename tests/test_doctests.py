@@ -19,7 +19,19 @@ MODULES = sorted(
 )
 
 
-@pytest.mark.parametrize("name", MODULES)
+LONG = {
+    "avsec_gym.validation.connected.validator",
+    "avsec_gym.validation.connected.surfaces.deformed_mesh",
+    "avsec_gym.envs.planner_driver",
+    "avsec_gym.envs.idm_driver",
+}
+"""Modules whose examples render, drive or optimise."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in MODULES],
+)
 def test_examples_of_module(name: str) -> None:
     """Every example gives what it says; modules of absent extras are skipped."""
     try:
@@ -29,3 +41,7 @@ def test_examples_of_module(name: str) -> None:
             raise
         pytest.skip(f"{error.name} is not installed")
     assert doctest.testmod(module).failed == 0
+
+
+def test_long_ones_are_there() -> None:
+    assert set(MODULES) >= LONG

@@ -62,6 +62,7 @@ def test_an_agent_of_highway_env_drives_in_our_scenes() -> None:
     assert all(sum(outcomes.values()) == 2 for outcomes in result.values())
 
 
+@pytest.mark.slow
 def test_the_page_for_users_of_highway_env_is_true() -> None:
     """Its block asserts that the spaces are the same."""
     text = (EXAMPLES.parent / "docs" / "from_highway_env.md").read_text()
@@ -69,6 +70,7 @@ def test_the_page_for_users_of_highway_env_is_true() -> None:
     subprocess.run([sys.executable, "-c", block], check=True, capture_output=True)
 
 
+@pytest.mark.slow
 def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
     command = [sys.executable, str(EXAMPLES / "attack_detections.py")]
     command += ["--scenes", "6", "--out", str(tmp_path / "new")]

@@ -26,7 +26,7 @@ SITE = ROOT / "docs/site"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN_HERE = ("agents", "from_safebench", "layouts", "start/rl_researcher", "world_made")
 """Pages whose snippets run below, as they stand."""
-RUN_SLOWLY = ("agents", "start/rl_researcher", "world_made")
+RUN_SLOWLY = ("agents", "from_safebench", "start/rl_researcher", "world_made")
 RUN_ELSEWHERE = {
     "README": "tests/test_examples.py",
     "environments": "tests/envs/test_whole.py, tests/envs/test_record_video.py",

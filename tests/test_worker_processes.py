@@ -127,6 +127,7 @@ def soon(condition: Callable[[], bool], seconds: float = 10.0) -> bool:
     return condition()
 
 
+@pytest.mark.slow
 def test_tasks_are_done_in_other_processes_and_each_once(tasks: ModuleType) -> None:
     found = each(tasks.doubling, range(20), workers=3)
     assert {task: result for task, (result, _) in found.items()} == {n: 2 * n for n in range(20)}

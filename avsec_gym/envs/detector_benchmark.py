@@ -74,9 +74,10 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     row; and with `points=M` above 0 `points`, `Box(-1e4, 1e4, (4 M,), float32)`, the LiDAR scan as
     x, y, z (velodyne frame), reflectance, thinned out evenly if there are more, padded with zeros.
     H and W are those of the first frame; larger images lose their right and bottom margins, smaller
-    ones are padded with black there.  With `observation="thumbnails"` both images are
-    `Box(0, 255, (48, 160, 3), uint8)`, few enough pixels for stable-baselines3's
-    `MultiInputPolicy`, and the calibration is that of these pixels.  With `observation="features"`
+    ones are padded with black there.  That is what a detector reads, and the default; an agent of
+    stable-baselines3 takes one of the others, since its `MultiInputPolicy` grows with the pixels.
+    With `observation="thumbnails"` both images are `Box(0, 255, (48, 160, 3), uint8)`, few enough
+    for it, and the calibration is that of these pixels.  With `observation="features"`
     `Box(0, 1, (128,), float32)`: what stands around the car by stereo matching, see
     `avsec_gym.envs.stereo_profile.stereo_profile`.
 

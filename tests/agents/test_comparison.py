@@ -70,6 +70,7 @@ def test_an_episode_is_the_same_alone_and_in_a_batch() -> None:
     assert alone._one(lambda seen, ways: action[None], [2], 99).steps == found.steps[2]
 
 
+@pytest.mark.slow
 def test_the_search_finds_a_constant_that_wins_v0() -> None:
     """Where random actions win 3 %, and two ghosts at the best places would win always."""
     arena = Arena("avsec/GhostObject-v0", SCENES)

@@ -157,6 +157,7 @@ def nothing_seen(folder: Path, sets: dict[str, FrozenSet]) -> dict[str, str]:
     return {"name": "replayed", "detections": str(folder)}
 
 
+@pytest.mark.slow
 def test_frames_for_a_foreign_detector_lead_to_the_entry_of_one_by_name(
     few: dict[str, FrozenSet], tmp_path: Path
 ) -> None:

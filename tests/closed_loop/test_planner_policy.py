@@ -119,6 +119,7 @@ def test_with_truth_no_scene_ends_in_a_collision_of_the_cars_fault() -> None:
     assert outcomes.count("goal") >= 8
 
 
+@pytest.mark.slow
 def test_a_blind_car_collides_where_a_seeing_one_does_not() -> None:
     """The belief is what is planned on, the truth what is touched."""
     outcomes = {}

@@ -382,6 +382,7 @@ def test_only_what_is_asked_for_is_summed_up(validated: Lines, tmp_path: Path) -
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames"] == 5
 
 
+@pytest.mark.slow
 def test_who_judges_what_thresholds_were_made_of_is_told(
     day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

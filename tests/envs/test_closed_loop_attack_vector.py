@@ -25,8 +25,18 @@ FEW = {"source": "layouts", "count": 6}
     ("arguments", "steps", "wins"),
     [
         ({"scenarios": FEW}, 60, False),
-        ({"scenarios": FEW, "perception": ERRORS, "motion": "static"}, 60, False),
-        ({"scenarios": LEAD, "contested": True, "frames": 80, "energy": 80.0}, 70, True),
+        pytest.param(
+            {"scenarios": FEW, "perception": ERRORS, "motion": "static"},
+            60,
+            False,
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            {"scenarios": LEAD, "contested": True, "frames": 80, "energy": 80.0},
+            70,
+            True,
+            marks=pytest.mark.slow,
+        ),
         (
             {
                 "scenarios": FEW,

@@ -207,7 +207,9 @@ def test_a_step_is_what_the_pipeline_does(motion: Motion, planner: str) -> None:
     assert outcomes == {"safe", "collision", "unplanned"}
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize(
+    "motion", [MOTIONS[0], *(pytest.param(each, marks=pytest.mark.slow) for each in MOTIONS[1:])]
+)
 def test_a_step_is_what_the_pipeline_does_on_real_scenes(shared: Path, motion: Motion) -> None:
     every = scene_set(shared / "safety_scenarios")
     moving = [

@@ -206,6 +206,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 def test_forked_processes_make_networks_after_their_parent(quick: dict[str, Any]) -> None:
     """The vector environment makes one for itself; its processes then have no threads of torch."""
     done = subprocess.run(

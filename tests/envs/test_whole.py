@@ -396,6 +396,7 @@ def test_images_are_so_small_that_usual_networks_stay_small(
     assert sum(weights.numel() for weights in model.policy.parameters()) < 5e6
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_suite")
 def test_the_lines_of_the_page_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its first lines, and those on contested scenes."""

@@ -227,6 +227,7 @@ def labelled(shared: Path) -> SceneSet:
     return labelled_scenarios(shared / "safety_scenarios")
 
 
+@pytest.mark.slow
 def test_the_600_scenarios_are_at_or_above_the_thesis(labelled: SceneSet) -> None:
     result = driving_safety(labelled, planners=tuple(Algorithm))
     rows = {(row["planner"], row["intention"]): row for row in result.to_json()["rates"]}

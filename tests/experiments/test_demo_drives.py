@@ -41,6 +41,7 @@ def without_eyes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(demo, "CONTROL_SETTING", control)
 
 
+@pytest.mark.slow
 def test_the_scene_is_the_first_one_in_which_it_matters_what_the_car_sees() -> None:
     found = contested_drive(SCENES)
 
@@ -135,6 +136,7 @@ def test_all_settings_are_driven_once_and_shown(tmp_path: Path) -> None:
     drive_on(tmp_path, 0, on_progress=lambda done, total: pytest.fail("it drives again"))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_eyes")
 def test_a_full_report_also_drives_the_validator_without_a_laser(tmp_path: Path) -> None:
     seen: list[tuple[int, int]] = []

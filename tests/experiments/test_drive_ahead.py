@@ -21,6 +21,7 @@ def test_one_process_alone_begins_none(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_what_goes_wrong_is_left_to_who_drives_on(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -203,6 +203,7 @@ print(plan.status.value, plan.cost, plan.expanded, plan.trajectory.tolist())
 """
 
 
+@pytest.mark.slow
 def test_plans_are_the_same_where_numba_compiles_nothing() -> None:
     """Debuggers and the tests of mutants run the kernels as plain Python."""
 

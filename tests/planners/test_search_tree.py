@@ -66,7 +66,7 @@ def colliding(scenario: PlanningScenario, primitives: MotionPrimitives, state: S
     return len(np.unique(ways[touched, 4]))
 
 
-@pytest.mark.parametrize("seed", [204, 254, 283])
+@pytest.mark.parametrize("seed", [pytest.param(204, marks=pytest.mark.slow), 254, 283])
 def test_no_way_of_the_tree_collides(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     # In these, states that were expanded before are met again on ways that collide.
     states: list[SearchState] = []

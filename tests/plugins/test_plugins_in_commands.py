@@ -123,7 +123,7 @@ def test_a_validator_and_an_attack_in_validate(avsec: Any, data: Path, tmp_path:
     assert "lidar 3 2" in avsec(*common, "--sensors", "3", "2", code=2).stderr
 
 
-@pytest.mark.parametrize("workers", [0, 2])
+@pytest.mark.parametrize("workers", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_all_of_them_in_run_and_report(
     avsec: Any, data: Path, tmp_path: Path, workers: int
 ) -> None:
@@ -174,6 +174,7 @@ def test_the_experiment_is_listed_run_and_reported(avsec: Any, tmp_path: Path) -
     assert RunFolder.open(out).manifest["sittings"][0]["versions"]["avsec-others"] == "1.0"
 
 
+@pytest.mark.slow
 def test_a_shell_and_its_workers_find_all_of_it(
     installed: None, data: Path, tmp_path: Path
 ) -> None:

@@ -120,8 +120,26 @@ def test_marks_tell_what_they_are(opened: Callable[..., Any]) -> None:
     assert "average precision" in hint.inner_text()
     tab.keyboard.press("Escape")
     assert not hint.is_visible()
-    tab.locator("td[data-hint]").first.hover()
+    told = tab.locator("td[data-hint]").first
+    told.hover()
     assert hint.is_visible()
+    tab.keyboard.press("Escape")
+    told.focus()
+    assert hint.is_visible()
+    assert hint.inner_text() == told.get_attribute("data-hint")
+
+
+def test_what_is_printed_fits_the_paper(opened: Callable[..., Any]) -> None:
+    """Nothing is wider than A4 between margins of a centimetre, which are 718 pixels."""
+    tab = opened()
+    tab.emulate_media(media="print")
+    tab.set_viewport_size({"width": 718, "height": 1000})
+    assert not tab.locator("header.top button").first.is_visible()
+    wide = tab.evaluate(
+        "() => [...document.querySelectorAll('.panels > *, .layers > *, img, svg, canvas')]"
+        ".filter(one => one.getBoundingClientRect().right > 720).map(one => one.outerHTML)"
+    )
+    assert wide == []
 
 
 def test_boxes_in_images_can_be_hidden(opened: Callable[..., Any]) -> None:

@@ -48,6 +48,11 @@
   hint.id = "hint";
   hint.hidden = true;
   document.body.append(hint);
+  // Without a pointer they are reached by the keyboard, or by a tap.
+  for (const cell of document.querySelectorAll("td[data-hint]")) {
+    cell.tabIndex = 0;
+    cell.setAttribute("aria-describedby", hint.id);
+  }
   const tell = (event) => {
     const target = event.target.closest?.("[data-hint]");
     hint.hidden = !target;
@@ -106,7 +111,11 @@
     }));
   }
 
+  // Paper shows what is folded up; the screen then looks as before.
+  let folded = [];
   addEventListener("beforeprint", () => {
-    for (const details of document.querySelectorAll("details")) details.open = true;
+    folded = [...document.querySelectorAll("details:not([open])")];
+    for (const details of folded) details.open = true;
   });
+  addEventListener("afterprint", () => { for (const details of folded) details.open = false; });
 })();

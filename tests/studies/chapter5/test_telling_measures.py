@@ -126,6 +126,7 @@ def test_a_box_beside_its_car_counts_as_found_but_not_as_precise(made: ModuleTyp
     assert drifted[PRECISION, "dsgn", "all"].rho != pytest.approx(1)
 
 
+@pytest.mark.slow
 def test_drives_that_turn_are_told_by_what_is_lost_in_reach(made: ModuleType) -> None:
     rows = in_drives(*measured(made))
     reach, every = rows[REACH_FOUND], rows[CARS_FOUND]

@@ -189,6 +189,7 @@ def test_a_region_made_for_it_convicts_none(
     assert _convicts(honest, region, NO_LONE_AUTHOR) == (numbers != _FOUND[2])
 
 
+@pytest.mark.slow
 def test_the_worst_of_many_regions_convict_no_honest_vehicle(honest: list[Observer]) -> None:
     drawn = [_region(numbers) for numbers in np.random.default_rng(0).random((400, 8))]
     drawn.sort(key=lambda region: -_contradiction(honest, region))

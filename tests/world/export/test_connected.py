@@ -197,6 +197,7 @@ def test_point_counts_are_those_of_the_scans(connected: Path, rig: SensorRig) ->
     assert instant.objects[0].points[0] == 0, "a vehicle does not see itself"
 
 
+@pytest.mark.slow
 def test_world_boxes_hold_the_points_of_every_vehicle_at_its_own_time(drive: Path) -> None:
     """Through the true poses, with clocks apart and everything moving."""
     world = ConnectedWorld(drive)

@@ -140,6 +140,7 @@ def test_what_hardly_speaks_for_an_attack_never_adds_up() -> None:
     assert page.alarm(np.full(10, 1.1)) is not None
 
 
+@pytest.mark.slow
 def test_the_bound_holds_for_nineteen_sets_of_drives_in_twenty() -> None:
     """Windows of a drive share an offset; each drive has an alarm with a known probability."""
     rng = np.random.default_rng(5)
