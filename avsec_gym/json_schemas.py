@@ -40,7 +40,7 @@ SCHEMAS: Mapping[str, int] = {
     "hub.export": 1,
     "hub.import": 1,
     "drive": 1,
-    "drive.row": 3,
+    "drive.row": 2,
     "error-model.fit": 1,
     "error-model.check": 1,
     "weights.import": 1,

@@ -94,11 +94,7 @@ def contested_layouts(scenes: int | None = None, *, seed: int = 0) -> SceneSet:
 
 
 def contested_frames(
-    frames: int = FRAMES,
-    *,
-    seed: int = 0,
-    assets: Assets = Assets.ALL,
-    on_progress: Progress | None = None,
+    frames: int = FRAMES, *, seed: int = 0, on_progress: Progress | None = None
 ) -> Path:
     """The set ``mixed_contested`` with images, in KITTI's object layout, with scans.
 
@@ -107,15 +103,13 @@ def contested_frames(
     Args:
         frames: Number of frames.
         seed: Seed of the set of layouts; those that the package's networks know are below 1000.
-        assets: The part of the assets that all places and actors are made of.
         on_progress: Function of the progress, as of `make_data_set`; None: it is logged.
 
     Raises:
         ConfigurationError: A number of frames that is not from 1 to `MOST_LAYOUTS`.
     """
-    recipe = contested_recipe(frames, seed=seed, assets=assets)
-    part = "" if assets == Assets.ALL else f"-{assets}"
-    return cached(f"contested-{seed}-{frames}{part}", recipe, on_progress=on_progress)
+    recipe = contested_recipe(frames, seed=seed)
+    return cached(f"contested-{seed}-{frames}", recipe, on_progress=on_progress)
 
 
 def contested_recipe(

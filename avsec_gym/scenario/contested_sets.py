@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from avsec_gym.scenario.scene_set import SceneSet
-from avsec_gym.world.assets import Assets
 
 ENTRY_POINT = "avsec_gym.evaluation.contested"
 """The module that chooses contested scenes; nothing of it is imported before it is asked for."""
@@ -22,7 +21,7 @@ class ContestedSets(Protocol):
     def contested_layouts(self, scenes: int | None = None, *, seed: int = 0) -> SceneSet:
         """The first procedural scenes that are contested."""
 
-    def contested_frames(self, *, assets: Assets = Assets.ALL) -> Path:
+    def contested_frames(self) -> Path:
         """The root of contested scenes with images, in KITTI's object layout."""
 
 

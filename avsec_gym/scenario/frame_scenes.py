@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import read_disparity
-from avsec_gym.scenario.contested_sets import contested_sets
+from avsec_gym.scenario.contested_sets import ENTRY_POINT, contested_sets
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.roads import THESIS, no_road_of_its_own, on_own_roads
 from avsec_gym.scenario.scene import Scene
@@ -295,11 +296,22 @@ def _suite(name: str, assets: Assets) -> KittiObject:
     return KittiObject(cached(f"{name}-{assets}", recipe))
 
 
+def _contested_suite(assets: Assets) -> KittiObject:
+    """The suite of contested scenes; one of a part of the assets stands beside it in the cache."""
+    from avsec_gym.world.export import cached
+
+    if assets == Assets.ALL:
+        return KittiObject(contested_sets().contested_frames())
+    chosen = import_module(ENTRY_POINT)
+    recipe = chosen.contested_recipe(chosen.FRAMES, assets=assets)
+    return KittiObject(cached(f"{MIXED_CONTESTED}-{assets}", recipe))
+
+
 def _data(source: str | Path, assets: Assets = Assets.ALL) -> KittiObject:
     if str(source) in SUITES:
         return _suite(str(source), assets)
     if str(source) == MIXED_CONTESTED:
-        return KittiObject(contested_sets().contested_frames(assets=assets))
+        return _contested_suite(assets)
     if not is_folder(source):
         suites = (*SUITES, MIXED_CONTESTED)
         raise unknown_source(
