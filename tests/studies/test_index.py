@@ -117,7 +117,7 @@ def test_a_study_that_has_not_been_made_has_a_row_and_no_page(
     monkeypatch.setattr("studies.__main__.read_records", dict)
     monkeypatch.setattr("studies.__main__.pages", lambda _: {})
     monkeypatch.setattr("studies.docs_pages.docs_pages", lambda _: {})
-    monkeypatch.setattr("studies.__main__.docs_called_current", lambda _: [])
+    monkeypatch.setattr("studies.docs_pages.docs_called_current", lambda _: [])
     assert main(["check"]) == 0
     assert "0 of unchanged sources, 0 stale, 1 not made yet" in capsys.readouterr().out
     # A page that was made and is gone is a fault.
@@ -162,7 +162,7 @@ def test_the_check_fails_on_such_a_page_alone(
     monkeypatch.setattr("studies.__main__.outdated", lambda _: [README])
     monkeypatch.setattr("studies.__main__.pages", lambda _: {})
     monkeypatch.setattr("studies.docs_pages.docs_pages", lambda _: {})
-    monkeypatch.setattr("studies.__main__.docs_called_current", lambda _: [])
+    monkeypatch.setattr("studies.docs_pages.docs_called_current", lambda _: [])
     monkeypatch.setattr("studies.__main__.called_current", lambda _: claims)
     assert main(["check"]) == code
     told = capsys.readouterr()
