@@ -37,6 +37,8 @@ def drive_report(
 
 def print_settings(summary: list[SettingSummary], speeds: dict[str, float | None]) -> None:
     """Print a line for each setting."""
+    alarms = any(each.rates["alarm"].count for each in summary)
+    rates = ["at_fault", "goal", "hard_braking", *(["alarm"] if alarms else [])]
     console.print_table(
         f"drives under each setting: {summary[0].drives}; % and means with 95 % intervals",
         [
@@ -45,6 +47,7 @@ def print_settings(summary: list[SettingSummary], speeds: dict[str, float | None
             "at-fault collisions",
             "goal reached",
             "brakes hard",
+            *(["alarm raised"] if alarms else []),
             "NAVSIM score",
             f"score against {summary[0].setting}",
             "steps/s",
@@ -55,7 +58,7 @@ def print_settings(summary: list[SettingSummary], speeds: dict[str, float | None
                 str(each.drives),
                 *(
                     console.percent(share.rate, list(share.interval or ()) or None)
-                    for share in (each.rates[name] for name in ("at_fault", "goal", "hard_braking"))
+                    for share in (each.rates[name] for name in rates)
                 ),
                 _number(each.navsim_score),
                 _number(each.differences.get("navsim_score")),

@@ -22,6 +22,7 @@ RATES: Mapping[str, Callable[[DriveRow], bool]] = {
     "collision": lambda row: bool(row["collision"]),
     "goal": lambda row: row["outcome"] == Outcome.GOAL,
     "hard_braking": lambda row: row["hardest_braking"] > HARD_BRAKING,
+    "alarm": lambda row: row["alarms"] > 0,
 }
 """Rates, and which drives each counts."""
 

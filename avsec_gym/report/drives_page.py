@@ -64,15 +64,18 @@ def drives_page(
 def _settings(summary: Sequence[SettingSummary]) -> Table:
     differ = any(each.differences for each in summary)
     columns = ["setting", "drives", "at-fault collisions, %", "collisions, %", "goal reached, %"]
-    columns += ["brakes hard, %", "NAVSIM score"]
+    columns += ["brakes hard, %"]
+    rates = ["at_fault", "collision", "goal", "hard_braking"]
+    if any(each.rates["alarm"].count for each in summary):
+        columns += ["alarm raised, %"]
+        rates += ["alarm"]
+    columns += ["NAVSIM score"]
     first = summary[0].setting
     columns += [f"at fault against {first}, %", f"score against {first}"] if differ else []
     rows = []
     for each in summary:
         cells = [name(each.setting), figure(each.drives, digits=0)]
-        cells += [
-            _share(each.rates[rate]) for rate in ("at_fault", "collision", "goal", "hard_braking")
-        ]
+        cells += [_share(each.rates[rate]) for rate in rates]
         cells.append(_mean(each.navsim_score))
         if differ:
             cells.append(_mean(each.differences.get("at_fault"), scale=100, digits=1, signed=True))

@@ -37,6 +37,7 @@ _RATES = {
     "at_fault": "at fault",
     "goal": "goal reached",
     "hard_braking": "brakes hard",
+    "alarm": "alarm raised",
 }
 
 

@@ -6,13 +6,21 @@ from typing import Any
 
 import pytest
 
+from avsec_gym.commands.drive_table import print_settings
 from avsec_gym.drives.summary import summaries
 from avsec_gym.drives.telling import by_scene, good, how_bad, outcome_in_words, telling
+from avsec_gym.report.drives_page import _settings
 
 
 def row(setting: str, scene: str, outcome: str, score: float, **more: Any) -> dict[str, Any]:
     at_fault = outcome == "collision"
-    usual = {"hardest_braking": 0.0, "steps": 10, "intention": "left", "smallest_distance": 1.0}
+    usual = {
+        "hardest_braking": 0.0,
+        "alarms": 0,
+        "steps": 10,
+        "intention": "left",
+        "smallest_distance": 1.0,
+    }
     return {
         "setting": setting, "scenario": scene, "outcome": outcome, "navsim_score": score,
         "at_fault": at_fault, "collision": at_fault, **usual, **more,
@@ -33,8 +41,8 @@ ROWS = [
 
 def test_each_setting_has_its_own() -> None:
     truth, blind = summaries(ROWS, ["truth", "blind"])
-    assert [share.count for share in truth.rates.values()] == [0, 0, 3, 1]
-    assert [share.count for share in blind.rates.values()] == [1, 2, 2, 0]
+    assert [share.count for share in truth.rates.values()] == [0, 0, 3, 1, 0]
+    assert [share.count for share in blind.rates.values()] == [1, 2, 2, 0, 0]
     assert truth.outcomes == {"goal": 3, "stopped": 1}
     assert blind.navsim_score.value == pytest.approx(1.75 / 4)
     low, high = blind.navsim_score.interval or (0.0, 0.0)
@@ -47,6 +55,16 @@ def test_differences_are_those_of_the_same_drives() -> None:
     assert truth.differences == {}
     assert blind.differences["navsim_score"].value == pytest.approx((0.75 - 2.0) / 3)
     assert blind.differences["at_fault"].value == pytest.approx(1 / 3)
+
+
+def test_alarms_have_a_column_where_there_are_any(capsys: pytest.CaptureFixture[str]) -> None:
+    for alarms, shown in ((0, False), (3, True)):
+        rows = [row("truth", "a", "goal", 0.5), row("watched", "a", "goal", 0.5, alarms=alarms)]
+        found = summaries(rows, ("truth", "watched"))
+        assert [each.rates["alarm"].count for each in found] == [0, int(shown)]
+        print_settings(found, dict.fromkeys(("truth", "watched")))
+        assert ("alarm raised" in capsys.readouterr().out) == shown
+        assert ("alarm raised, %" in _settings(found).columns) == shown
 
 
 def test_one_scene_has_no_interval() -> None:

@@ -119,7 +119,8 @@ def test_an_error_model_is_believed_within_the_rendered_interval(
             [number < hits for number in range(scenes)], [str(number) for number in range(scenes)]
         )
         mean = Mean(1.0, None)
-        rates = {"collision": share, "at_fault": share, "goal": share, "hard_braking": share}
+        names = ("collision", "at_fault", "goal", "hard_braking", "alarm")
+        rates = dict.fromkeys(names, share)
         return LoopSettingRates(SettingSummary(name, scenes, scenes, rates, mean, {}, 0, {}), share)
 
     settings = [setting("dsgn", collisions), setting("rendered_dsgn", 12), setting("blind", 3)]
