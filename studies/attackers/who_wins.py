@@ -25,6 +25,10 @@ GAMES = {
     "agents_laser": ("a small spot of light in a camera", "features"),
     "agents_laser_images": ("the same spot", "the image, beside features"),
     "agents_connected": ("a scan pasted into one of several vehicles'", "features"),
+    "agents_patch": ("a patch in both images", "features"),
+    "agents_perturbation": ("gradients of another detector's loss", "features"),
+    "agents_lidar": ("bogus points in the scan", "features"),
+    "agents_defender": ("nothing: it drives a car whose detector sees patches", "features"),
 }
 """Results by their names: what is attacked with, and what the agent sees."""
 LONGER = {"agents_closed_loop": "agents_closed_loop_long"}
