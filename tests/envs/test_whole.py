@@ -415,11 +415,15 @@ def test_the_lines_of_the_page_work(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "id", ["DetectorBenchmark", *DEFENDED, "SensorIdentification"], ids=lambda id: id
 )
-def test_every_environment_plays_on_real_frames(id: str, shared: Path) -> None:
+@pytest.mark.parametrize("looks", [False, True], ids=["oracle", "network"])
+def test_every_environment_plays_on_real_frames(id: str, looks: bool, shared: Path) -> None:
     """As the thesis labelled them, the real objects standing and moving as its flags state."""
     real = {"source": str(shared / "kitti/object"), "scenarios": str(shared / "safety_scenarios")}
-    more = {} if id == "LidarSpoofing" else {"detector": "oracle"}
-    infos = list(played(id, scenarios=real, **more))
+    if id == "LidarSpoofing":
+        detector = "pixor" if looks else "scan_obstacles"
+    else:
+        detector = "stereo_rcnn" if looks else "oracle"
+    infos = list(played(id, scenarios=real, detector=detector))
     assert {info["scenario"] for info in infos} == {"000107"}
     for info in infos[1:]:
         assert {"success", "collision", "safe", "is_success"} <= set(info)
@@ -429,10 +433,11 @@ def test_every_environment_plays_on_real_frames(id: str, shared: Path) -> None:
 
 
 @pytest.mark.parametrize("version", [0, 1])
-def test_the_game_without_images_plays_in_the_labelled_scenarios(
-    version: int, shared: Path
+@pytest.mark.parametrize("folder", ["safety_scenarios", "kitti/object"])
+def test_the_game_without_images_plays_in_real_scenes(
+    version: int, folder: str, shared: Path
 ) -> None:
-    scenes = {"name": str(shared / "safety_scenarios"), "count": 30}
+    scenes = {"name": str(shared / folder), "count": 30}
     env = gym.make(f"avsec/GhostObject-v{version}", scenarios=scenes)
     env.action_space.seed(0)
     for seed in range(5):
