@@ -1,6 +1,6 @@
 """The table of 300 scenes in closed loop: rates and scores of each setting in each set of scenes.
 
-    python -m studies.driving_safety.closed_loop --runs runs/closed_loop --json closed_loop.json
+    python -m studies.driving_safety.closed_loop --runs runs/closed_loop_scenes --json FILE
 
 reads what `avsec drive` left in the folders of `SETS` below that folder, of these those that are
 there; studies/catalogue.toml has the commands.  ``labels``, ``drives`` and ``tracking`` are driven

@@ -43,7 +43,7 @@ def most_telling(scenes: Sequence[DrivenScene]) -> DrivenScene:
 def film_lines() -> list[str]:
     """The film in docs/closed_loop.md, where it has been made."""
     if not (ROOT / FILM).is_file():
-        return ["(A film stands here once `python -m studies.closed_loop` has been run.)"]
+        return []
     return [
         f"![{', '.join(SETTINGS)}: one contested drive]({FILM.removeprefix('docs/')})",
         "",

@@ -1,16 +1,26 @@
 """The page of `closed_loop`, as Markdown.
 
-Run ``python -m studies.driving_safety.closed_loop_page FILE --out PAGE``.
+Run ``python -m studies.driving_safety.closed_loop_page --results FOLDER --out PAGE``: those of
+`PARTS` are shown that are there.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
 
 from avsec_gym.drives.summary import Mean
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
+from avsec_gym.storage.json_files import read_json
+from avsec_gym.storage.regular_files import is_file
+from avsec_gym.storage.text_files import write_text
+from studies.answer import exit_code
 from studies.driving_safety.closed_loop import (
     FEWEST,
     TRUTH,
@@ -21,15 +31,16 @@ from studies.driving_safety.closed_loop import (
     PooledRanking,
     Ranking,
 )
-from studies.page_of_result import page_of_result
 
-_COMMAND = "Make it with `python -m studies.driving_safety.closed_loop --json FILE`."
+PARTS = ("closed_loop_scenes", "closed_loop_rendered", "closed_loop_models")
+"""Studies whose results the page shows."""
+_COMMAND = "Make it with `python -m studies.closed_loop`, or take the file away."
 _SETS = {
     "labels": "The first scenarios of the labelled ones, straight on",
     "drives": "Procedural drives, every intention that a scene has a lane for",
     "tracking": "KITTI tracking, straight on; ego motion estimated from standing objects",
     "rendered": "Contested drives on rendered sensors: clean, attacked, defended",
-    "rendered_pgd": "The first of these under gradients, without and with the defence",
+    "rendered_pgd": "The same drives under gradients, without and with the defence",
     "models": "Error models on contested drives, and what they are models of, rendered",
 }
 _RATES = {
@@ -77,12 +88,11 @@ def closed_loop_page(result: LoopTables) -> str:
 
 
 def _contested(result: LoopTables) -> list[str]:
-    if result.looked_at is None or result.models is None:
+    driven = result.models or result.rendered
+    if result.looked_at is None or driven is None:
         return []
-    small = result.rendered_pgd
-    fewer = "" if small is None else f"; under gradients, which cost most, {small.clusters} of them"
     return [
-        f"What is rendered are {result.models.clusters} contested drives{fewer}: the first of"
+        f"What is rendered are {driven.clusters} contested drives: the first of"
         f" {result.looked_at} procedural drives in which a car that sees nothing is to blame for a"
         " collision and one that knows the truth reaches its goal. Their rates are those of drives"
         " in which it matters what is seen, not of traffic at large, and truth is faultless there"
@@ -207,11 +217,41 @@ def _mean(mean: Mean | None) -> str:
     return f"{number(mean.value, 2)} [{low}, {high}]"
 
 
+def read_parts(folder: Path) -> LoopTables:
+    """The results of `PARTS` in a folder, as one.
+
+    Raises:
+        DataError: There is none of them, or one is damaged.
+    """
+    found: dict[str, object] = {}
+    for path in (folder / f"{name}.json" for name in PARTS):
+        if not is_file(path):
+            continue
+        try:
+            part = row_of(LoopTables, read_json(path, remedy=_COMMAND))
+        except (ValueError, KeyError, TypeError) as error:
+            raise DataError(
+                "This is no result of the closed loop.", path=path, remedy=_COMMAND
+            ) from error
+        own = {each.name: getattr(part, each.name) for each in fields(LoopTables)}
+        found |= {name: value for name, value in own.items() if value}
+    if not found:
+        raise DataError("No part of the closed loop has been made.", path=folder, remedy=_COMMAND)
+    return LoopTables(**found)  # type: ignore[arg-type]
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
-    return page_of_result(
-        arguments, LoopTables, closed_loop_page, maker="closed_loop", what=__doc__, remedy=_COMMAND
-    )
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--results", type=Path, required=True, help="folder of the parts' JSON")
+    parser.add_argument("--out", type=Path, required=True, help="the page")
+    options = parser.parse_args(arguments)
+
+    def work() -> None:
+        text = closed_loop_page(read_parts(options.results))
+        write_text(options.out, text, overwrite=True)
+
+    return exit_code(work)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@ from collections import Counter
 
 from avsec_gym.closed_loop.error_model.shipped import shipped_error_models
 from studies.catalogue import STUDIES, minutes_of_command
-from studies.driving_safety.closed_loop import CONTESTED, RENDERED, SETS
+from studies.driving_safety.closed_loop import CONTESTED, MODELLED, RENDERED, SETS
+from studies.driving_safety.closed_loop_page import PARTS
 from studies.provenance import RECORDS, read_records, sources_of
 from studies.source_states import source_state
 from studies.study import DATA, RESULTS, ROOT, Step
@@ -77,10 +78,18 @@ def test_words_of_a_command() -> None:
 
 
 def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model() -> None:
-    study = STUDIES["closed_loop"]
-    drives = [step for step in study.steps if "drive" in step.words]
+    parts = [STUDIES[name] for name in PARTS]
+    assert STUDIES["closed_loop"].shows == PARTS
+    drives = [step for part in parts for step in part.steps if "drive" in step.words]
     folders = [step.words[step.words.index("--out") + 1] for step in drives]
-    assert folders == [f"$runs/closed_loop/{name}" for name in SETS]
+    scenes, on_sensors, by_models = (f"$runs/{name}" for name in PARTS)
+    assert folders == [
+        *(f"{scenes}/{name}" for name in MODELLED),
+        f"{on_sensors}/rendered",
+        f"{on_sensors}/rendered_pgd",
+        f"{by_models}/models",
+    ]
+    assert [folder.rpartition("/")[2] for folder in folders] == list(SETS)
     *by_error_models, rendered, under_gradients, models = drives
     for step in (*by_error_models, models):
         assert set(shipped_error_models()) <= set(step.words)
@@ -95,16 +104,17 @@ def test_the_study_of_the_closed_loop_drives_all_its_sets_by_every_shipped_model
     # A study that was stopped goes on.
     assert all("--resume" in step.words for step in drives)
     # What is rendered is contested, the same drives in all three.
-    looked = [step for step in study.steps if "find" in step.words]
-    assert len(looked) == 1
-    contested = looked[0].words[-1]
-    assert contested == f"$runs/closed_loop/{CONTESTED}"
-    assert all(contested in step.words for step in (rendered, under_gradients, models))
-    assert "docs/images/closed_loop.gif" in study.writes
+    looked = [step for part in parts for step in part.steps if "find" in step.words]
+    assert len(looked) == 2
+    assert looked[0].words[:-1] == looked[1].words[:-1]
+    for each, driven in ((looked[0], (rendered, under_gradients)), (looked[1], (models,))):
+        assert each.words[-1].endswith(f"/{CONTESTED}")
+        assert all(each.words[-1] in step.words for step in driven)
+    assert "docs/images/closed_loop.gif" in parts[1].writes
     given = {"tracking": ["/data/tracking"], "runs": ["runs"]}
     [place] = [word for word in drives[2].filled(given) if word.startswith("{")]
     assert json.loads(place) == {"source": "kitti_tracking", "root": "/data/tracking"}
-    assert study.needs == ["scenarios", "tracking"]
+    assert [part.needs for part in parts] == [["scenarios", "tracking"], [], []]
     # No rendered car is of a design that detectors learned from, as of the error models' drives.
     named = [step.words[step.words.index("--scenarios") + 1] for step in by_error_models]
     procedural = [json.loads(word) for word in named if '"drives"' in word]

@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from avsec_gym.cli import run
-from avsec_gym.drives.summary import Mean, SettingSummary
+from avsec_gym.drives.summary import RATES, Mean, SettingSummary
 from avsec_gym.experiments.json_rows import row_json, row_of
 from avsec_gym.metrics.clustered_shares import share_of
 from studies.driving_safety.closed_loop import (
@@ -25,6 +25,7 @@ from studies.driving_safety.closed_loop import (
     table,
 )
 from studies.driving_safety.closed_loop_page import closed_loop_page
+from studies.driving_safety.closed_loop_page import main as closed_loop_page_main
 
 SETTINGS = ("a", "b", "c", "d")
 
@@ -132,6 +133,27 @@ def test_an_error_model_is_believed_within_the_rendered_interval(
     assert f"| `dsgn` | {scenes} |" in text
     assert f"| {'yes' if believed else 'no'} |" in text
     assert "cannot be ranked" not in text, "there is no truth to rank beside"
+
+
+def test_the_parts_that_are_there_make_one_page(tmp_path: Path) -> None:
+    out = tmp_path / "page.md"
+    words = ["--results", str(tmp_path), "--out", str(out)]
+    assert closed_loop_page_main(words) == 1, "there is none"
+    share = share_of([True, False], ["a", "b"])
+    summary = SettingSummary("truth", 2, 2, dict.fromkeys(RATES, share), Mean(1.0, None), {}, 0, {})
+    driven = LoopTable(2, [LoopSettingRates(summary, share)], Ranking(None, None), [])
+    for name, part in (
+        ("closed_loop_scenes", LoopTables(labels=driven, tracking=driven)),
+        ("closed_loop_models", LoopTables(models=driven, looked_at=70)),
+    ):
+        (tmp_path / f"{name}.json").write_text(json.dumps(row_json(part)))
+    assert closed_loop_page_main(words) == 0
+    text = out.read_text()
+    titles = [line for line in text.splitlines() if line.startswith("## ")]
+    assert len(titles) == 3
+    assert "first of 70 procedural drives" in text
+    (tmp_path / "closed_loop_models.json").write_text('{"labels": 3}')
+    assert closed_loop_page_main(words) == 1
 
 
 def test_from_drives_to_a_page(tmp_path: Path) -> None:
