@@ -19,7 +19,12 @@ from avsec_gym.errors import DataError
 from avsec_gym.experiments.demo import drive_on as demo
 from avsec_gym.experiments.demo import telling_drive as search
 from avsec_gym.experiments.demo.drive_on import are_demo_drives, drive_on
-from avsec_gym.experiments.demo.drive_section import driven_rows, driven_section, in_words
+from avsec_gym.experiments.demo.drive_section import (
+    beside_in_words,
+    driven_rows,
+    driven_section,
+    in_words,
+)
 from avsec_gym.experiments.demo.telling_drive import (
     TELLING,
     PassedOver,
@@ -121,13 +126,14 @@ def test_all_settings_are_driven_once_and_shown(tmp_path: Path) -> None:
     section = driven_section(tmp_path)
     assert section is not None
     words = " ".join(section.sentences)
-    assert words.startswith(f"Scene {TELLING[0].scene}, ")
+    assert len(section.sentences) == 3
     assert f"Unattacked: it reaches its goal after {rows[0]['duration']:.1f} s." in words
     assert f"camera: it collides and is to blame after {rows[1]['duration']:.1f} s." in words
-    assert "No drive here shows whether the validator also stops the car" in words
     film, strips = section.parts
     assert isinstance(film, Figure)
     assert isinstance(strips, Figure)
+    assert f"Scene {TELLING[0].scene}, " in strips.note
+    assert "No drive here shows whether the validator also stops the car" in strips.note
     content = film.pictures[0].pictures[0].image.removeprefix("data:image/gif;base64,")
     moving = Image.open(io.BytesIO(base64.b64decode(content)))
     assert sum(1 for _ in ImageSequence.Iterator(moving)) > 20
@@ -147,10 +153,10 @@ def test_a_full_report_also_drives_the_validator_without_a_laser(tmp_path: Path)
     ]  # fmt: skip
     section = driven_section(tmp_path)
     assert section is not None
-    assert "as a control: it reaches its goal after" in section.sentences[-1]
     film, strips = section.parts
     assert isinstance(film, Figure)
     assert isinstance(strips, Figure)
+    assert "as a control: it reaches its goal after" in strips.note
     assert film.title == "The same scene, four times"
     assert len(strips.pictures) == 4
     # A demo with three drives is another one.
@@ -188,7 +194,7 @@ def test_the_defended_drive_states_how_far_it_came_and_when_it_first_braked_to_a
     stop: float | None, words: str
 ) -> None:
     found = [*in_words(rows_of(well=True, at_fault=True), {"defended": stop})]
-    assert found[-2] == f"With the laser, and a validator that stops the car at an alarm: {words}"
+    assert found[-1] == f"With the laser, and a validator that stops the car at an alarm: {words}"
 
 
 def test_a_scene_is_only_called_what_its_drives_show(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -196,18 +202,19 @@ def test_a_scene_is_only_called_what_its_drives_show(monkeypatch: pytest.MonkeyP
     monkeypatch.setitem(TELLING, 0, TellingDrive("drive-000007", passed))
 
     def first(well: bool, at_fault: bool, scene: str = "drive-000007") -> list[str]:
-        return [*in_words(rows_of(well, at_fault, scene), {"defended": 0.0})][:2]
+        return [*beside_in_words(rows_of(well, at_fault, scene), {"defended": 0.0})]
 
-    scene, before = first(well=True, at_fault=True)
+    scene, before, control = first(well=True, at_fault=True)
+    assert "No drive here shows" in control
     assert "the first in which" in scene
     assert "the light decides" in scene
     assert before == passed.in_words()
     # The unattacked car collides, or the light does no harm: then the rule is not claimed.
     for well, at_fault in ((False, True), (True, False)):
-        scene, unattacked = first(well, at_fault)
+        scene, control = first(well, at_fault)
         assert "Scene drive-000007, one in which" in scene
         assert "the light decides" not in scene
-        assert unattacked.startswith("Unattacked: ")
+        assert "No drive here shows" in control
     # Of another scene, the first contested one, nothing is known but that.
     scene, _ = first(well=True, at_fault=True, scene="drive-000002")
     assert "the first in which" in scene

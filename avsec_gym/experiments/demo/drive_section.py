@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -68,22 +69,38 @@ def driven_section(out: Path) -> Section | None:
     attacked = next(row for row in rows if row["setting"] == ATTACKED)
     row = views_row(folder, scene, attacked["duration"])
     views = [Figure("The last that the attacked car sees", pictures=[row])] if row else []
+    handover = _record(out)["settings"][DEFENDED].get("handover")
+    beside = " ".join([KEY_OF_STRIPS, *beside_in_words(rows, first_stops, handover)])
+    strips = replace(scene_figure(folder, scene, views=False), note=beside)
     return Section(
         "drives",
         "A car drives on under a laser",
-        [*in_words(rows, first_stops, _record(out)["settings"][DEFENDED].get("handover"))],
-        [*views, _film(folder, scene), scene_figure(folder, scene, views=False)],
+        [*in_words(rows, first_stops)],
+        [*views, _film(folder, scene), strips],
         link="Driving on",
-        context=KEY_OF_STRIPS,
     )
 
 
-def in_words(
+def in_words(rows: Sequence[DriveRow], first_stops: Mapping[str, float | None]) -> Iterator[str]:
+    """How the drives ended: alone, under the laser, and with a validator, a sentence each.
+
+    Args:
+        rows: The rows that `driven_rows` makes.
+        first_stops: When each setting's first emergency stop begins, seconds; None: it has none.
+    """
+    ends = {row["setting"]: row for row in rows}
+    yield f"Unattacked: {_end(ends[UNATTACKED])}."
+    yield f"With a laser on the left camera: {_end(ends[ATTACKED])}."
+    defended = f"{_end(ends[DEFENDED])}{_stops(ends[DEFENDED], first_stops[DEFENDED])}"
+    yield f"With the laser, and a validator that stops the car at an alarm: {defended}."
+
+
+def beside_in_words(
     rows: Sequence[DriveRow],
     first_stops: Mapping[str, float | None],
     handover: float | None = None,
 ) -> Iterator[str]:
-    """The scene, what was passed over for it, and how the drives in it ended, a sentence each.
+    """The scene, what was passed over for it, and what the drives leave open, a sentence each.
 
     Args:
         rows: The rows that `driven_rows` makes.
@@ -92,10 +109,6 @@ def in_words(
     """
     ends = {row["setting"]: row for row in rows}
     yield from _scene_in_words(ends[UNATTACKED], ends[ATTACKED])
-    yield f"Unattacked: {_end(ends[UNATTACKED])}."
-    yield f"With a laser on the left camera: {_end(ends[ATTACKED])}."
-    defended = f"{_end(ends[DEFENDED])}{_stops(ends[DEFENDED], first_stops[DEFENDED])}"
-    yield f"With the laser, and a validator that stops the car at an alarm: {defended}."
     if handover is not None:
         yield f"A car that has stood by alarms for {handover:g} s is handed over to a human."
     if CONTROL in ends:
