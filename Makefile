@@ -72,5 +72,5 @@ INSTALL ?=
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "avsec-gym needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv .venv
 	$(PIP) install --quiet $(INSTALL) "$$(grep '^torch==' constraints.txt)" -c constraints.txt
-	$(PIP) install --quiet $(INSTALL) -e '.[dev,docs,view,train,adversarial,distributed]' -c constraints.txt
+	$(PIP) install --quiet $(INSTALL) -e '.[dev,docs,view,train,adversarial,distributed,rerun,video]' -c constraints.txt
 	touch $@

@@ -257,13 +257,14 @@ def test_a_video_is_recorded(tmp_path: Path) -> None:
     pytest.importorskip("moviepy")
     from gymnasium.wrappers import RecordVideo
 
-    env = RecordVideo(made(render_mode="rgb_array"), str(tmp_path), disable_logger=True)
+    folder = tmp_path / "films"
+    env = RecordVideo(made(render_mode="rgb_array"), str(folder), disable_logger=True)
     env.unwrapped.set_record_video_wrapper(env)  # type: ignore[attr-defined]
     env.reset(seed=0)
     for _ in range(5):
         env.step(env.action_space.sample())
     env.close()
-    assert list(tmp_path.glob("*.mp4"))
+    assert list(folder.glob("*.mp4"))
 
 
 def test_an_intention_that_no_scene_has_a_lane_for_is_refused() -> None:
