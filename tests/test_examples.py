@@ -43,6 +43,15 @@ def test_an_attacker_on_a_driving_car_is_trained_and_judged() -> None:
 
 
 @pytest.mark.slow
+def test_a_planner_drives_on_by_what_its_car_believes() -> None:
+    command = [sys.executable, str(EXAMPLES / "drive_on.py"), "--episodes", "2"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    rows = {row["car"]: row for row in map(json.loads, done.stdout.splitlines())}
+    assert list(rows) == ["truth", "blind", "dsgn", "dsgn_thesis_pgd"]
+    assert rows["truth"] == {"car": "truth", "drives": 2, "safe": 2, "at_fault": 0}
+
+
+@pytest.mark.slow
 def test_rules_that_attack_a_driving_car_are_chosen_and_judged() -> None:
     script = EXAMPLES.parent / "benchmarks/closed_loop_attackers.py"
     command = [sys.executable, str(script), "--episodes", "1", "--held-out", "2"]
