@@ -150,14 +150,16 @@ def _judged(models: Sequence[JudgedModel]) -> list[str]:
 
 
 def _table(table: LoopTable) -> list[str]:
+    alarms = any(each.summary.rates["alarm"].count for each in table.settings)
+    rates = [rate for rate in _RATES if rate != "alarm" or alarms]
     columns = ["setting", "drives", "first plan safe, %"]
-    columns += [f"{rate}, %" for rate in _RATES.values()]
+    columns += [f"{_RATES[rate]}, %" for rate in rates]
     rows = [
         [
             f"`{each.summary.setting}`",
             str(each.summary.drives),
             _rate(each.first_plan),
-            *(_rate(each.summary.rates[rate]) for rate in _RATES),
+            *(_rate(each.summary.rates[rate]) for rate in rates),
             _mean(each.summary.navsim_score),
             _mean(each.summary.differences.get("navsim_score")),
         ]
@@ -217,14 +219,14 @@ def _mean(mean: Mean | None) -> str:
     return f"{number(mean.value, 2)} [{low}, {high}]"
 
 
-def read_parts(folder: Path) -> LoopTables:
-    """The results of `PARTS` in a folder, as one.
+def read_parts(folder: Path, parts: Sequence[str] = PARTS) -> LoopTables:
+    """The results of some of `PARTS` in a folder, as one.
 
     Raises:
         DataError: There is none of them, or one is damaged.
     """
     found: dict[str, object] = {}
-    for path in (folder / f"{name}.json" for name in PARTS):
+    for path in (folder / f"{name}.json" for name in parts):
         if not is_file(path):
             continue
         try:
@@ -244,11 +246,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--results", type=Path, required=True, help="folder of the parts' JSON")
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="default: all")
     parser.add_argument("--out", type=Path, required=True, help="the page")
     options = parser.parse_args(arguments)
 
     def work() -> None:
-        text = closed_loop_page(read_parts(options.results))
+        text = closed_loop_page(read_parts(options.results, options.parts))
         write_text(options.out, text, overwrite=True)
 
     return exit_code(work)
