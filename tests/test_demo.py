@@ -1,4 +1,4 @@
-"""The demo as somebody meets it: a shell, an empty folder, an empty cache, nothing replaced."""
+"""The demo as a newcomer meets it: a shell, an empty folder, an empty cache, nothing replaced."""
 
 from __future__ import annotations
 
