@@ -156,7 +156,7 @@ def test_weights_of_ones_own_are_named() -> None:
 def test_frames_to_train_on_are_told_by_the_distance_of_their_cameras() -> None:
     facts = weights_facts(shipped_weights("psmnet_small"))
     assert facts is not None
-    narrow = next(folder for folder in facts.data.training if folder.baseline == 0.27)
-    assert (narrow.suite, narrow.frames) == ("mixed", 300)
+    narrow = next(folder for folder in facts.data.training if folder.baseline == 0.29)
+    assert (narrow.suite, narrow.frames) == ("mixed", 120)
     # KITTI's pair of colour cameras.
     assert 0.53 < (facts.data.validation[0].baseline or 0.0) < 0.54
