@@ -73,7 +73,8 @@ class DriveInTraffic:
     """Who drives in all settings: planner, or idm, highway-env's own (IDM, and MOBIL for the lane
     change that the intention asks for); or JSON: '{"name": "planner", "replanning": 0.2}'."""
     motion: Literal["truth", "static", "classifier"] = "truth"
-    """Motion of all settings: how the planner takes believed objects to move."""
+    """Motion of all settings: how the planner takes believed objects to move.  Cars with a
+    classifier take them as that one answers."""
     traffic: str = "recorded"
     """What others do: `recorded`, they play their tracks; `reacting`, vehicles in a lane are driven
     by highway-env's IDM; or JSON: '{"name": "reacting", "share": 0.5}', a share of these, or

@@ -16,12 +16,14 @@ import pytest
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import run
 from avsec_gym.closed_loop.error_model.model import ErrorModel, Ghosts, write_error_model
+from avsec_gym.commands.drive_settings import DriveParts
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
 
 SCENES = 4
 TIMES = "seconds.jsonl"
@@ -174,6 +176,18 @@ def test_a_setting_may_have_a_driver_of_its_own(
     assert "driver" not in settings["truth"]
     assert settings["follower"]["driver"] == "idm"
     assert settings["follower"]["traffic"] == {"name": "reacting", "share": 0.5}
+
+
+def test_cars_with_a_classifier_hear_it() -> None:
+    """The default of all settings would leave it unheard."""
+    parts = DriveParts(sensing={"classifier": "small"}, shared={"motion": "truth"})
+    own = '{"name": "own", "perception": "stereo", "classifier": "small"}'
+    for setting in parts.settings(("truth", "detector", own)):
+        heard = "classifier" in setting.arguments
+        assert setting.arguments.get("motion") == (None if heard else "truth")
+        made = gym.make("avsec/ClosedLoop-v0", **setting.arguments)
+        motion = Motion.CLASSIFIER if heard else Motion.TRUTH
+        assert made.unwrapped.motion == motion  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
