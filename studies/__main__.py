@@ -47,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
                 _check()
             case ["index"]:
                 _write()
-            case ["keep", *names]:
+            case ["keep", *names] if names:
                 for study in map(_study, names):
                     print_line(f"{keep(study, ROOT / given['runs'][0]).relative_to(ROOT)} written")
             case names:

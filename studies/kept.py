@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import io
 import json
+import lzma
 import re
 import tarfile
 from collections.abc import Iterator
+from lzma import LZMAError
 from pathlib import Path
 
 from avsec_gym.console import say
@@ -44,7 +46,7 @@ def keep(study: Study, runs: Path, kept: Path = KEPT) -> Path:
     """
     files = _files(study, runs)
     if not files:
-        raise ConfigurationError(f"{study.name} has computed nothing in {runs}.")
+        raise ConfigurationError(f"{study.name} has computed nothing in {runs} that could be kept.")
     content = io.BytesIO()
     with tarfile.open(fileobj=content, mode="w:xz") as archive:
         _add(archive, _SOURCES, json.dumps(sources_of(study.sources)).encode())
@@ -81,16 +83,19 @@ def take_up(study: Study, runs: Path, kept: Path = KEPT) -> bool:
     if not is_there(path) or _files(study, runs):
         return False
     try:
-        with tarfile.open(path, mode="r:xz") as archive:
+        content = read_bytes(path, most=MOST_BYTES)
+        with tarfile.open(fileobj=io.BytesIO(content), mode="r:xz") as archive:
             sources = archive.extractfile(_SOURCES)
             then = json.loads(sources.read()) if sources else {}
             if others := changed(then, sources_of(study.sources)):
                 say(f"{study.name} begins from nothing: {len(others)} sources have changed since"
                     f" {path.name} was kept, {others[0]} first")  # fmt: skip
                 return False
+        # Read to its end before anything is written.
+        with tarfile.open(fileobj=io.BytesIO(lzma.decompress(content))) as archive:
             members = [member for member in archive if member.name != _SOURCES]
             archive.extractall(runs, members, filter="data")
-    except (tarfile.TarError, EOFError, OSError, ValueError, KeyError) as error:
+    except (tarfile.TarError, LZMAError, EOFError, OSError, ValueError, KeyError) as error:
         raise DataError(
             f"The archive is damaged: {error}", path=path, remedy="git checkout it, or remove it."
         ) from error
@@ -110,8 +115,9 @@ def _archive(study: Study, kept: Path) -> Path:
 def _files(study: Study, runs: Path) -> list[Path]:
     """What it has computed, in the folders that its steps name and that are named as it is."""
     words = " ".join(word for step in study.steps for word in step.words)
-    names = {name for name in re.findall(r"\$runs/(\w+)", words) if name.startswith(study.name)}
-    return sorted(file for name in names for file in _computed(runs / name))
+    names = set(re.findall(r"\$runs/(\w+)", words))
+    own = [each for each in names if each.startswith(study.name) or study.name.startswith(each)]
+    return sorted(file for name in own for file in _computed(runs / name))
 
 
 def _computed(folder: Path) -> Iterator[Path]:

@@ -11,7 +11,6 @@ from avsec_gym.commands.named_part import named_part
 from avsec_gym.drives.setting import DriveSetting, check_names
 from avsec_gym.envs.drivers import PLANNER
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.scenario.scene import Motion
 from avsec_gym.suggestions import unknown_name
 
 TRUTH, BLIND, ERROR_MODEL = "truth", "blind", "error-model"
@@ -102,9 +101,8 @@ class DriveParts:
     def _made(self, name: str, own: Mapping[str, Any]) -> DriveSetting:
         """The setting of a name, with what all have."""
         arguments = {**(self.shared or {}), **own}
-        classified = own.get("classifier") is not None and "motion" not in own
-        if classified and arguments.get("motion") == Motion.TRUTH:  # The default of all settings.
-            del arguments["motion"]
+        if own.get("classifier") is not None and "motion" not in own:
+            arguments.pop("motion", None)  # That of all other settings.
         driver = arguments.pop(DRIVER, PLANNER)
         return DriveSetting(name, arguments, driver)
 

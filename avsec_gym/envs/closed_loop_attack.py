@@ -140,8 +140,8 @@ class ClosedLoopAttackEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * `perception="truth"`, `traffic="recorded"`, `duration=8.0`, `config=None`, and the car's parts
       (`scenarios="drives"`, `motion="truth"`, `planner="astar"`, `detector="dsgn"`,
       `classifier=None`, `selector=None`, `validator=None`, `response="stop"`,
-      `score_threshold=0.3`): as of `avsec/ClosedLoop-v0`.  With `response=None` a car drives on at
-      an alarm, and an attack counts only without one.
+      `score_threshold=0.3`): as of `avsec/ClosedLoop-v0`.  With a `validator` and `response=None` a
+      car drives on at an alarm, and an attack counts only without one.
     * `render_mode`: None, `"rgb_array"` or `"human"`.
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
@@ -346,8 +346,10 @@ def _check_rates(config: dict[str, Any] | None) -> None:
     Raises:
         ConfigurationError: highway-env's configuration has other frequencies.
     """
+    if not isinstance(config, Mapping):  # The drive itself refuses what is no dictionary.
+        return
     for name, usual in ClosedLoopEnv.default_config().items():
-        if name.endswith("_frequency") and (config or {}).get(name, usual) != usual:
+        if name.endswith("_frequency") and config.get(name, usual) != usual:
             raise ConfigurationError(
                 f"an attack's frames are a tenth of a second each: leave {name} at {usual}"
             )

@@ -156,8 +156,8 @@ def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
         _refuse_unasked(parts, f'perception="{level}"')
     if parts.motion == Motion.CLASSIFIER and level not in (SENSORS, STEREO):
         raise ConfigurationError(
-            'motion="classifier" needs perception="sensors" and a classifier, such as "small"; '
-            'without one use "static" or "truth"'
+            'a classifier, and motion="classifier", need images: perception="sensors" or "stereo"; '
+            'for others use motion="static" or "truth"'
         )
     if parts.classifier is not None and parts.motion != Motion.CLASSIFIER:
         raise ConfigurationError(

@@ -219,6 +219,8 @@ def test_an_alarm_takes_the_success_of_a_car_that_drives_on(response: str | None
 def test_an_attacks_frames_are_tenths_of_a_second(name: str) -> None:
     with pytest.raises(ConfigurationError, match=f"leave {name} at"):
         made(config={name: 5})
+    with pytest.raises(ConfigurationError, match="dictionary"):
+        made(config=name)
 
 
 @pytest.mark.parametrize("kind", ["facula", "spoofed_scan", "patch"])

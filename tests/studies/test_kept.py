@@ -75,9 +75,14 @@ def test_nothing_and_too_much_are_not_kept(
 
 def test_damaged_archives_are_told(runs: Path, tmp_path: Path) -> None:
     archive = keep(STUDY, runs, tmp_path / "kept")
-    archive.write_bytes(archive.read_bytes()[: len(archive.read_bytes()) // 2])
-    with pytest.raises(DataError, match="damaged"):
-        take_up(STUDY, tmp_path / "other", tmp_path / "kept")
+    sound = archive.read_bytes()
+    for most in (0, 1, 2):
+        place = (most + 1) * len(sound) // 4
+        for broken in (sound[:place], sound[:place] + bytes(64) + sound[place + 64 :]):
+            archive.write_bytes(broken)
+            with pytest.raises(DataError, match="damaged"):
+                take_up(STUDY, tmp_path / "other", tmp_path / "kept")
+            assert not (tmp_path / "other").exists()
 
 
 def test_an_archive_writes_nothing_outside(tmp_path: Path) -> None:
