@@ -471,7 +471,8 @@ def _checked_size(size: Sequence[int]) -> list[int]:
     Raises:
         ConfigurationError: These are no two whole numbers above 0.
     """
-    if isinstance(size, str) or not hasattr(size, "__len__") or len(size) != 2:
+    in_row = isinstance(size, np.ndarray) and size.ndim == 1
+    if isinstance(size, str) or not (in_row or isinstance(size, Sequence)) or len(size) != 2:
         raise ConfigurationError(f"frame_size is a height and a width, got {size!r}")
     return [whole_number("frame_size", each, 1, 10_000) for each in size]
 
