@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 from highway_env.envs.common.abstract import AbstractEnv
 
 from avsec_gym.argument_checks import number, one_of, whole_number
