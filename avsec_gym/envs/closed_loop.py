@@ -7,11 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 from highway_env.envs.common.abstract import AbstractEnv
 
 from avsec_gym.argument_checks import number, one_of, whole_number
-from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.closed_loop.belief import Belief, belief_of
 from avsec_gym.closed_loop.drive_log import DriveLog
 from avsec_gym.closed_loop.drive_record import (
@@ -32,7 +30,7 @@ from avsec_gym.closed_loop.traffic import RoadTraffic
 from avsec_gym.closed_loop.traffic_scene import DURATION
 from avsec_gym.envs.closed_loop_actions import action_of, car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
-from avsec_gym.envs.closed_loop_observation import observation_of
+from avsec_gym.envs.closed_loop_observation import checked_size, observation_of, observing_frames
 from avsec_gym.envs.closed_loop_parts import (
     check_sensing,
     checked_handover,
@@ -49,7 +47,6 @@ from avsec_gym.registry import Kind
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.scene import Motion
-from avsec_gym.sensor_system import Sensor
 from avsec_gym.suggestions import unknown_name
 
 REFUSED = {
@@ -197,9 +194,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         check_sensing(perception, taken)
         self.handover = checked_handover(handover, perception, taken.validator)
         """Seconds that the car stands by alarms until the drive ends; inf: that ends none."""
-        size = _checked_size(frame_size)
+        size = checked_size(frame_size)
         if one_of("observation", observation, (FEATURES, FRAME)) == FRAME:
-            config = _observing_frames(config, size, sensors_read(perception, taken))
+            config = observing_frames(config, size, sensors_read(perception, taken))
         self._scenes: LoopScenes | None = None
         self.has_usual_config = config is None
         """Whether highway-env's configuration is the default of this environment."""
@@ -464,40 +461,3 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             "alarm": self.belief.alarm,
             "alarms": self._alarms,
         }
-
-
-def _checked_size(size: Sequence[int]) -> list[int]:
-    """Height and width of the observed images, pixels.
-
-    Raises:
-        ConfigurationError: These are no two whole numbers above 0.
-    """
-    in_row = isinstance(size, np.ndarray) and size.ndim == 1
-    if isinstance(size, str) or not (in_row or isinstance(size, Sequence)) or len(size) != 2:
-        raise ConfigurationError(f"frame_size is a height and a width, got {size!r}")
-    return [whole_number("frame_size", each, 1, 10_000) for each in size]
-
-
-def _observing_frames(
-    config: dict[str, Any] | None, size: list[int], read: frozenset[Sensor]
-) -> dict[str, Any]:
-    """The configuration with frames as observations.
-
-    Args:
-        config: highway-env's configuration, what differs from the default.
-        size: Height and width of the images, pixels.
-        read: The sensors that the perception reads.
-
-    Raises:
-        ConfigurationError: No images are read, or the configuration has an observation, too.
-    """
-    if not {LEFT, RIGHT} <= read:
-        raise ConfigurationError(
-            'observation="frame" shows images, and this perception does not read any: give'
-            ' perception="sensors" or "stereo", or observation="features"'
-        )
-    if config is not None and "observation" in config:
-        raise ConfigurationError(
-            'observation="frame" and an observation in config: give one of them'
-        )
-    return {**(config or {}), "observation": {"type": "Frame", "size": size}}

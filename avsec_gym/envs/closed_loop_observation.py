@@ -20,9 +20,11 @@ from avsec_gym.closed_loop.relative_poses import seen_from
 from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.envs.observations import FEATURES, THUMBNAIL, resized
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
+from avsec_gym.sensor_system import Sensor
 
 OWN, EACH = 13, 9
 """Numbers about the car, and about each object."""
@@ -88,10 +90,7 @@ class FrameObservation(ObservationType):  # type: ignore[misc]
     def __init__(self, env: Any, size: Sequence[int] = THUMBNAIL, objects: int = 16, **_: Any):
         super().__init__(env)
         self._features = DriverObservation(env, objects)
-        height, width = (
-            whole_number("a side of frame_size", each, 1, MOST_PIXELS) for each in size
-        )
-        self.size = height, width
+        self.size = checked_size(size)
 
     def space(self) -> spaces.Dict:
         """`Dict`: `left` and `right`, (H, W, 3) uint8, and `features`."""
@@ -107,6 +106,44 @@ class FrameObservation(ObservationType):  # type: ignore[misc]
             for side, camera in (("left", LEFT), ("right", RIGHT))
         }
         return {**seen, FEATURES: self._features.observe()}
+
+
+def checked_size(size: Sequence[int]) -> tuple[int, int]:
+    """Height and width of observed images, pixels.
+
+    Raises:
+        ConfigurationError: These are no two whole numbers, each of 1 to `MOST_PIXELS`.
+    """
+    in_row = isinstance(size, np.ndarray) and size.ndim == 1
+    if isinstance(size, str) or not (in_row or isinstance(size, Sequence)) or len(size) != 2:
+        raise ConfigurationError(f"frame_size is a height and a width, got {size!r}")
+    height, width = (whole_number("a side of frame_size", each, 1, MOST_PIXELS) for each in size)
+    return height, width
+
+
+def observing_frames(
+    config: dict[str, Any] | None, size: tuple[int, int], read: frozenset[Sensor]
+) -> dict[str, Any]:
+    """The configuration with frames as observations.
+
+    Args:
+        config: highway-env's configuration, what differs from the default.
+        size: Height and width of the images, pixels.
+        read: The sensors that the perception reads.
+
+    Raises:
+        ConfigurationError: No images are read, or the configuration has an observation, too.
+    """
+    if not {LEFT, RIGHT} <= read:
+        raise ConfigurationError(
+            'observation="frame" shows images, and this perception does not read any: give'
+            ' perception="sensors" or "stereo", or observation="features"'
+        )
+    if config is not None and "observation" in config:
+        raise ConfigurationError(
+            'observation="frame" and an observation in config: give one of them'
+        )
+    return {**(config or {}), "observation": {"type": "Frame", "size": [*size]}}
 
 
 def about_the_car(
