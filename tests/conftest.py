@@ -30,6 +30,13 @@ FRONT_DOOR = ("tests/test_first_steps", "tests/test_notebooks", "tests/test_site
 BEGUN = time.monotonic()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """A test's name is the same in each of the processes that share the tests: no address is in it."""
+    if " at 0x" in item.nodeid:
+        raise pytest.UsageError(f"{item.nodeid}: its parameter's name is an address in memory")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """With `ROUND` set, the front door comes first, then files in that round's own order.
 

@@ -159,14 +159,16 @@ def test_a_drive_that_would_never_end_is_refused(frequency: Any) -> None:
         ("truth", {"score_threshold": 0.9}),
         ("blind", {"response": "drop"}),
         ({"name": "error_model", "model": "dsgn"}, {"score_threshold": 0.9}),
-        (TruthPerception(), {"attack": "facula"}),
-        (TruthPerception(), {"detector": "stereo_rcnn"}),
-        (TruthPerception(), {"score_threshold": 0.9}),
+        (TruthPerception, {"attack": "facula"}),
+        (TruthPerception, {"detector": "stereo_rcnn"}),
+        (TruthPerception, {"score_threshold": 0.9}),
         ("sensors", {"classifier": "small", "motion": "truth"}),
     ],
     ids=str,
 )
 def test_a_part_that_would_never_be_asked_is_refused(perception: Any, part: Any) -> None:
+    if isinstance(perception, type):
+        perception = perception()
     with pytest.raises(ConfigurationError, match=f"{next(iter(part))}.*leave"):
         made(perception=perception, scenarios="drives", **part)
 
