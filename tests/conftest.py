@@ -32,7 +32,7 @@ BEGUN = time.monotonic()
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """A test's name is the same in each of the processes that share the tests: no address is in it."""
+    """Processes that share the tests know them by their names: no address is in one."""
     if " at 0x" in item.nodeid:
         raise pytest.UsageError(f"{item.nodeid}: its parameter's name is an address in memory")
 
