@@ -32,8 +32,11 @@ def driven(
     states = np.empty((len(start), steps + 1, 5))
     h = dt / SUBSTEPS
     for n in range(len(start)):
-        states[n, 0] = start[n]
-        x, y, v, heading, steering = start[n]
+        # Value by value: to assign a row, numba compiles the message of an error of shapes, too.
+        for column in range(5):
+            states[n, 0, column] = start[n, column]
+        x, y, v = start[n, 0], start[n, 1], start[n, 2]
+        heading, steering = start[n, 3], start[n, 4]
         a, rate = acceleration[n], steering_rate[n]
         for step in range(steps):
             for _ in range(SUBSTEPS):

@@ -103,9 +103,9 @@ class Demo:
                 page.written()
                 console.say(f"{self.out / PAGE}: the episodes in pictures; drives follow")
             with console.progress("driving on") as shown:
-                ahead.wait(shown)
+                last = ahead.finish(shown)
         with console.progress("driving on") as shown:
-            drive_on(drives, self.seed, self._jobs, shown, control=self._is_report)
+            drive_on(drives, self.seed, self._jobs, shown, control=self._is_report, last=last)
         # The page with the drives, what was seen in sentences, and its figures.
         report, reported = page.written()
         for sentence in report.sentences:

@@ -13,12 +13,13 @@ from PIL import Image, ImageSequence
 
 from avsec_gym.closed_loop.drive_record import Outcome
 from avsec_gym.drawing.page_figure import Figure
+from avsec_gym.drives.drive_folder import FILMS, ROWS
 from avsec_gym.drives.one_drive import DriveTask, drive
 from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.demo import drive_on as demo
 from avsec_gym.experiments.demo import telling_drive as search
-from avsec_gym.experiments.demo.drive_on import are_demo_drives, drive_on
+from avsec_gym.experiments.demo.drive_on import are_demo_drives, drive_on, last_drive
 from avsec_gym.experiments.demo.drive_section import (
     beside_in_words,
     driven_rows,
@@ -140,6 +141,17 @@ def test_all_settings_are_driven_once_and_shown(tmp_path: Path) -> None:
     assert len(strips.pictures) == 3
     # Given again, nothing is driven anew.
     drive_on(tmp_path, 0, on_progress=lambda done, total: pytest.fail("it drives again"))
+
+
+@pytest.mark.usefixtures("without_eyes")
+def test_the_last_drive_may_be_made_beside_the_others(tmp_path: Path) -> None:
+    apart, together = tmp_path / "apart", tmp_path / "together"
+    drive_on(apart, 0, but_last=True)
+    drive_on(apart, 0, last=last_drive(0))
+    drive_on(together, 0)
+    assert (apart / ROWS).read_bytes() == (together / ROWS).read_bytes()
+    for film in (together / FILMS).iterdir():
+        assert (apart / FILMS / film.name).read_bytes() == film.read_bytes()
 
 
 @pytest.mark.slow

@@ -1,7 +1,7 @@
 """Renders the demo's frames and makes its drives in a process of its own, while this one attacks.
 
 Both are rendered there, one after the other: the textures are drawn once, and the renderer is
-compiled once.
+compiled once.  The last drive is left to this process, which has attacked by then.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from avsec_gym.drives.drive_folder import ROWS, has_drives
+from avsec_gym.drives.one_drive import Driven
 from avsec_gym.errors import AvsecError
 from avsec_gym.experiments.demo.contested_frames import contested_frames
-from avsec_gym.experiments.demo.drive_on import SETTINGS, drive_on
+from avsec_gym.experiments.demo.drive_on import SETTINGS, drive_on, has_known_scene, last_drive
 from avsec_gym.experiments.demo.quick_compilation import quick_compilation
 from avsec_gym.progress import Progress
 from avsec_gym.storage.regular_files import read_text
@@ -29,11 +30,12 @@ class DrivesAhead:
 
     Args:
         out: Folder of the drives.
+        seed: The demo's seed.
         worker: The process that makes them; None: there is none.
     """
 
-    def __init__(self, out: Path, worker: Worker | None) -> None:
-        self._out, self._worker = out, worker
+    def __init__(self, out: Path, seed: int, worker: Worker | None) -> None:
+        self._out, self._seed, self._worker = out, seed, worker
 
     def wait_for_frames(self, on_progress: Progress) -> None:
         """Wait until the process has rendered the frames, or can not.
@@ -50,17 +52,32 @@ class DrivesAhead:
         worker = self._worker
         return worker is not None and not worker.said_something(0.0) and not worker.has_left()
 
-    def wait(self, on_progress: Progress) -> None:
-        """Wait until the process has made all that it can.
+    def finish(self, on_progress: Progress) -> Driven | None:
+        """Make the drive that was left to this process, and wait until the other has made its own.
 
         Args:
             on_progress: Function that gets the number of drives that are done and that of all.
+
+        Returns:
+            The drive, which nothing has filed yet; None: no process was begun, or it made all.
         """
+        last = None
+        if (
+            self._worker is not None
+            and has_known_scene(self._seed)
+            and self._done() < len(SETTINGS)
+        ):
+            on_progress(self._done(), len(SETTINGS))
+            last = last_drive(self._seed)
         while self._worker is not None and not self._worker.said_something(_SECONDS_BETWEEN_LOOKS):
             if self._worker.has_left():
-                return
-            done = read_text(self._out / ROWS).count("\n") if has_drives(self._out) else 0
-            on_progress(done, len(SETTINGS))
+                break
+            on_progress(self._done() + (last is not None), len(SETTINGS))
+        return last
+
+    def _done(self) -> int:
+        """How many drives are filed."""
+        return read_text(self._out / ROWS).count("\n") if has_drives(self._out) else 0
 
 
 @contextmanager
@@ -78,11 +95,11 @@ def drives_ahead(out: Path, scenes: int, seed: int, processes: int) -> Iterator[
 
     Example:
         >>> with drives_ahead(Path("out/drives"), scenes=3, seed=0, processes=1) as ahead:
-        ...     ahead.wait(lambda done, total: None)  # Nothing was begun.
+        ...     ahead.finish(lambda done, total: None)  # Nothing was begun.
     """
     worker = Worker(_render, out, scenes, seed, processes - 1, threads=1) if processes > 1 else None
     try:
-        yield DrivesAhead(out, worker)
+        yield DrivesAhead(out, seed, worker)
     finally:
         if worker is not None:
             worker.dismiss(at_once=True)
@@ -97,5 +114,5 @@ def _render(connection: Connection, out: Path, scenes: int, seed: int, processes
             contested_frames(scenes, seed, processes, lambda *done: connection.send(done))
         connection.send(None)
         with suppress(AvsecError):
-            drive_on(out, seed)
+            drive_on(out, seed, but_last=has_known_scene(seed))
         connection.send(None)

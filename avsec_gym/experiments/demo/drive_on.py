@@ -14,7 +14,7 @@ from avsec_gym.attacks.facula import THESIS_RADII
 from avsec_gym.drives.contested_drives import ContestedRule
 from avsec_gym.drives.drive_folder import RECORD, DriveFolder, differences
 from avsec_gym.drives.driving import make_drives
-from avsec_gym.drives.one_drive import DriveTask
+from avsec_gym.drives.one_drive import Driven, DriveTask, drive
 from avsec_gym.drives.setting import DriveSetting
 from avsec_gym.experiments.demo.telling_drive import (
     MOST_SCENES,
@@ -52,6 +52,8 @@ SETTINGS = (
 """The settings of every demo."""
 CONTROL_SETTING = DriveSetting(CONTROL, _DEFENCE)
 """The setting that shows needless stops."""
+_ORDER = (CONTROL, DEFENDED, UNATTACKED, ATTACKED)
+"""The order of the drives: those that take longest begin first."""
 
 
 def drive_on(
@@ -61,6 +63,8 @@ def drive_on(
     on_progress: Progress = no_progress,
     *,
     control: bool = False,
+    but_last: bool = False,
+    last: Driven | None = None,
 ) -> None:
     """Make the drives, or those that are missing.
 
@@ -70,6 +74,8 @@ def drive_on(
         jobs: The number of processes, of which each makes whole drives.
         on_progress: Function that gets the number of drives that are done and that of all.
         control: Whether the validator also drives without a laser.
+        but_last: Leave the last of them out: another process makes it.
+        last: What `last_drive` has made; None: it is made here.
 
     Raises:
         DataError: The folder holds other drives, or damaged ones.
@@ -81,12 +87,36 @@ def drive_on(
             return
         known = {row["scenario"] for row in folder.rows.values()}
         scene = known.pop() if known else _scene(seed, scenarios)
-        # Drives with the validator take as long as two others: they begin first.
-        tasks = [DriveTask(setting.name, scene, STRAIGHT, seed) for setting in reversed(settings)]
+        names = sorted((setting.name for setting in settings), key=_ORDER.index)
+        tasks = [DriveTask(name, scene, STRAIGHT, seed) for name in names]
+        apart = but_last or last is not None
         make_drives(
-            tasks, settings, scenarios, folder,
+            tasks[:-1] if apart else tasks, settings, scenarios, folder,
             jobs=jobs, apart=True, views=True, on_progress=on_progress,
         )  # fmt: skip
+        if last is not None and last.row["id"] not in folder.rows:
+            folder.add(last)
+            on_progress(len(tasks), len(tasks))
+
+
+def has_known_scene(seed: int) -> bool:
+    """Whether it is known in which scene a demo drives on, without a search.
+
+    Args:
+        seed: The demo's seed.
+    """
+    return seed in TELLING
+
+
+def last_drive(seed: int) -> Driven:
+    """The last of the drives in a known scene, filed nowhere.
+
+    Args:
+        seed: The demo's seed, of a known scene.
+    """
+    setting = next(each for each in SETTINGS if each.name == _ORDER[-1])
+    task = DriveTask(setting.name, TELLING[seed].scene, STRAIGHT, seed)
+    return drive(setting.environment(_scenarios(seed)), task, setting.driver, views=True)
 
 
 def is_still_telling(seed: int) -> bool:

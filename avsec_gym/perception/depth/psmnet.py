@@ -183,8 +183,8 @@ def psmnet_loss(
 
 _FULL = PsmNetConfiguration()
 _SMALL = PsmNetConfiguration(
-    input_size=(160, 528),
-    disparities=80,  # as many for 528 columns as 188 for KITTI's 1242
+    input_size=(192, 640),
+    disparities=96,  # as many for 640 columns as 186 for KITTI's 1242
     disparity_step=4,
     features=FeatureConfiguration(
         first=16,
