@@ -8,11 +8,28 @@ from torch import nn
 from torch.nn import functional
 
 from avsec_gym.perception.nn.convolution import (
+    DoublingVolumeConvolution,
     VolumeConvolution,
     convolutions,
     initialise,
     normalisation,
 )
+
+
+@pytest.mark.parametrize("shape", [(4, 6, 10), (5, 1, 3), (1, 2, 2)])
+def test_one_volume_is_doubled_as_two_are(shape):
+    torch.manual_seed(0)
+    layer = DoublingVolumeConvolution(4, 6).double()
+    volume = torch.randn(1, 4, *shape, dtype=torch.float64, requires_grad=True)
+    expected = functional.conv_transpose3d(
+        volume, layer.weight, None, stride=2, padding=1, output_padding=1
+    )
+    torch.testing.assert_close(layer(volume), expected)
+    torch.testing.assert_close(layer(volume.expand(2, -1, -1, -1, -1))[1:], expected)
+    towards = torch.randn_like(expected)
+    ours = torch.autograd.grad(layer(volume), (volume, layer.weight), towards)
+    theirs = torch.autograd.grad(expected, (volume, layer.weight), towards)
+    torch.testing.assert_close(ours, theirs)
 
 
 @pytest.mark.parametrize(("kernel", "stride"), [(3, 1), (3, 2), (1, 1)])
