@@ -48,12 +48,13 @@ class ClosedLoopVectorEnv(ManyDrives[LightClosedLoopEnv]):
         render_mode: str | None = None,
         **parts: Any,
     ) -> None:
+        observed = one_of("observation", observation, (FEATURES, FRAME))
+        if observed != FEATURES or "frame_size" in parts:
+            raise ConfigurationError(f"many drives at once have no frames to observe: {ALONE}")
         taken = parts_of(self, parts)
         check_is_light(traffic, config, render_mode)
         if handover is not None:
             raise ConfigurationError(f"many drives at once are not handed over: {ALONE}")
-        if one_of("observation", observation, (FEATURES, FRAME)) != FEATURES:
-            raise ConfigurationError(f"many drives at once have no frames to observe: {ALONE}")
         count = checked_count(num_envs)
         made, self.planner = perception_of(perception, taken)
         perceptions = light_perceptions(made, Motion.named(taken.motion), count)

@@ -266,6 +266,7 @@ def test_a_scene_and_an_intention_can_be_picked() -> None:
         ({"traffic": "reacting"}, "recorded traffic.*sync"),
         ({"traffic": {"name": "reacting", "share": 0.5}}, "recorded traffic.*sync"),
         ({"observation": "frame"}, "no frames.*sync"),
+        ({"frame_size": (24, 80)}, "no frames.*sync"),
         ({"config": {"policy_frequency": 5}}, "config.*sync"),
         ({"render_mode": "rgb_array"}, "not rendered.*sync"),
         ({"perception": "sensors"}, "error model.*sync"),
