@@ -23,9 +23,11 @@ _NAME = "demo"
 _FIRST_LOOK = "avsec demo, at its beginning"
 """What its page names as its maker."""
 _NOT_TELLING = (
-    "avsec: what a car sees no longer decides the scene that the demo drives on in: that was found"
-    " with other sources"
+    "avsec: the scene of the drives was chosen because what the car sees decides how it ends;"
+    " with today's sources it does not"
 )
+_LOOK_AGAIN = "\nsetTimeout(() => location.reload(), 15000);\n"
+"""What has that page read again what was written meanwhile."""
 _PICTURES = 4
 _FEW = 8
 """The most scenes that are rendered before the drives, in the process that makes these."""
@@ -154,7 +156,8 @@ class Demo:
         from avsec_gym.report.plain_page import plain_page
         from avsec_gym.storage.text_files import write_text
 
-        text = plain_page(TITLE, _FIRST_LOOK, [first_look(self.seed)], *style_and_script())
+        style, script = style_and_script()
+        text = plain_page(TITLE, _FIRST_LOOK, [first_look(self.seed)], style, script + _LOOK_AGAIN)
         write_text(self.out / PAGE, text, overwrite=True)
         console.say(f"{self.out / PAGE}: what it is about, in a picture; then come the attacks")
 

@@ -18,7 +18,7 @@ from avsec_gym.unknown_source import unknown_source
 class HubExport:
     """Write an agent or weights as a folder that can be uploaded to the hub as it is.
 
-    Nothing is sent anywhere: `huggingface-cli upload USER/NAME OUT` is yours, and so is a look at
+    Nothing is sent anywhere: `hf upload USER/NAME OUT` is yours, and so is a look at
     README.md, which states the command and the paths of the training.
     """
 

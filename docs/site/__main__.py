@@ -17,6 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))  # An environment may hold another checkout's.
 
 import api_pages
+import command_pages
 import entry_board
 import environment_pages
 import episode_films
@@ -58,6 +59,7 @@ def build_site(out: Path, films: Path) -> None:
         *written_pages.write_pages(source),
         *environment_pages.write_pages(source, films),
         *part_pages.write_pages(source),
+        *command_pages.write_pages(source),
         *model_cards.write_pages(source),
         *entry_board.write_pages(source),
         *api_pages.write_pages(source),

@@ -50,6 +50,7 @@ CONTENTS = {
     ],
     "Reference": [
         "envs/index",
+        "commands",
         "parts",
         "cards/index",
         "api/index",

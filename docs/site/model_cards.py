@@ -14,7 +14,8 @@ from avsec_gym.hub.agents import LIMITS as AGENT_LIMITS
 from avsec_gym.hub.detectors import LIMITS as NETWORK_LIMITS
 
 PACKAGE = ROOT / "avsec_gym"
-LICENCE = PACKAGE / "perception/weights/LICENSE.md"
+WEIGHTS = PACKAGE / "perception/weights"
+LICENCE = WEIGHTS / "LICENSE.md"
 PATCH_LIMITS = (
     "Research on attacked perception: a printed pattern, trained against the small networks named "
     "above, in procedural images. Nothing is claimed of other networks, or of cameras on roads."
@@ -24,7 +25,7 @@ PATCH_LIMITS = (
 def write_pages(source: Path) -> set[Path]:
     """Write a page for each card, and their list; returns the files."""
     cards = {
-        "Networks": [*sorted((PACKAGE / "perception/weights").glob("*.json"))],
+        "Networks": [*sorted(WEIGHTS.glob("*.json"))],
         "Attacks": [*sorted((PACKAGE / "attacks/patches").glob("*.json"))],
         "Agents": [*sorted((PACKAGE / "agents/shipped").glob("*/card.json"))],
     }
@@ -75,7 +76,7 @@ def network_page(card: dict[str, Any], file: Path) -> str:
 def patch_page(card: dict[str, Any], file: Path) -> str:
     """The page of a trained patch."""
     rows = {
-        "trained against": ", ".join(card["detectors"]),
+        "trained against": "; ".join(_trained_against(*each) for each in card["detectors"].items()),
         "data": _one_set(card["data"]),
         "seed": card["training"]["seed"],
         "epochs": card["epochs"],
@@ -93,6 +94,7 @@ def patch_page(card: dict[str, Any], file: Path) -> str:
     }
     return (
         f"# Patch: {file.stem}\n\n{_table(rows)}\n## Loss that it was trained on\n\n"
+        f"Lower is better for the attacker; a grey patch is the control.\n\n"
         f"{_table(losses)}\n{_limits(PATCH_LIMITS, file)}"
     )
 
@@ -119,6 +121,13 @@ def agent_page(card: dict[str, Any], file: Path) -> str:
         f"# Agent: {file.parent.name}\n\n{_table(rows)}\n"
         f"## Command\n\n```\n{card['command']}\n```\n\n{_limits(AGENT_LIMITS, file)}"
     )
+
+
+def _trained_against(detector: str, sha256: str) -> str:
+    """A detector with the weights that it had, and whether the package's are others by now."""
+    shipped = json.loads((WEIGHTS / f"{detector}_small.json").read_text(encoding="utf-8"))["sha256"]
+    today = "the package's" if sha256 == shipped else f"the package's today are `{shipped[:12]}`"
+    return f"{detector}, weights `{sha256[:12]}` ({today})"
 
 
 def _data(data: dict[str, Any]) -> str:

@@ -51,8 +51,8 @@ def first_look(seed: int) -> Section:
         "The first scene, driven twice",
         [
             "Each scene of the demo is one like this: it matters what the car sees.",
-            "Detectors, attacked and not, come between both; this page shows them as soon as the"
-            " scene is rendered and attacked.  Load it again then.",
+            "A car that drives by a detector sees something in between; under attack, less.  This"
+            " page shows it as soon as a scene is attacked, and looks for that by itself.",
         ],
         [Markup(shown)],
     )
