@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from avsec_gym.cli import COMMANDS, CommandGroup
 from avsec_gym.commands.arguments import parse
@@ -23,6 +24,8 @@ from avsec_gym.registration import CATALOGUE
 
 ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs/site"
+FILMED = ("avsec/GhostObject-v1", "avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0")
+"""Whose scenes are not rendered."""
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN_HERE = ("agents", "from_safebench", "layouts", "start/rl_researcher", "world_made")
 """Pages whose snippets run below, as they stand."""
@@ -180,6 +183,25 @@ def test_a_page_of_an_environment_shows_what_it_is(
     page = page_of(entry, tmp_path)
     assert 'src="../films/GhostObject-v1.webp"' in page
     assert "*Seed 0: what was seen.*" in page
+
+
+@pytest.mark.slow
+def test_films_are_of_whole_episodes_and_stand_on_the_pages(
+    site: Callable[[str], Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    films = site("episode_films")
+    shown = [each for each in CATALOGUE if each.id in FILMED]
+    monkeypatch.setattr(films, "CATALOGUE", shown)
+    films.render_films(tmp_path)
+    for entry in shown:
+        name = entry.id.partition("/")[2]
+        caption = (tmp_path / f"{name}.txt").read_text()
+        with Image.open(tmp_path / f"{name}.webp") as film:
+            assert f" {film.n_frames - 1} step" in caption  # type: ignore[attr-defined]
+            assert len(film.getcolors(film.width * film.height) or range(256)) > 50  # No blank.
+        assert f"../films/{name}.webp" in site("environment_pages").page(entry, tmp_path)
+    monkeypatch.setattr(films, "_episode", lambda *_: pytest.fail("it is there"))
+    films.render_films(tmp_path)
 
 
 def test_the_check_of_links_finds_what_is_broken(

@@ -37,7 +37,12 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             shutil.copy(ROOT / name, folder / "clone" / name)
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     quietly = {"check": True, "capture_output": True, "cwd": folder}
-    wheel = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "built", "./clone"]
+    # The archive of sources first, and the wheel from nothing else: so both are whole.
+    packed = "from setuptools.build_meta import build_sdist; build_sdist('../packed')"
+    in_clone = quietly | {"cwd": folder / "clone"}
+    subprocess.run([sys.executable, "-c", packed], **in_clone)  # type: ignore[call-overload]
+    [sources] = (folder / "packed").glob("*.tar.gz")
+    wheel = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "built", str(sources)]
     subprocess.run([*pip, *wheel], **quietly)  # type: ignore[call-overload]
     [built] = (folder / "built").glob("*.whl")
     install = ["install", "--no-deps", "--no-compile", "--target", "site", str(built)]

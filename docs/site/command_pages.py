@@ -30,7 +30,7 @@ def write_pages(source: Path) -> set[Path]:
 def _help(words: str) -> str:
     """The help of a command: usage, what it does in words, and its options without their frame."""
     said = io.StringIO()
-    with redirect_stdout(said), patch.dict("os.environ", COLUMNS="100"):
+    with redirect_stdout(said), patch.dict("os.environ", COLUMNS="88"):
         run([*words.split(), "--help"])
     described, *_ = _TABLE.split(said.getvalue())
     options = said.getvalue()[len(described) :]

@@ -37,6 +37,7 @@ html_theme = "furo"
 html_title = f"avsec-gym {version}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_copy_source = False
 html_show_sphinx = False
 pygments_style, pygments_dark_style = "default", "github-dark"

@@ -148,6 +148,8 @@ def test_a_broken_vehicle_changes_nothing_about_others(
         result = validator.validate(scans[state], wire=damaged)
         # Who is honest is not named, whatever was read of it.
         assert not set(result.accused) & ({0, 1, 2} - ({_VICTIM} if state == "ghost" else set()))
+        if state == "ghost":
+            assert result.named[_near(result, _GHOST)] == _VICTIM
         if len(result.traffic.refused) < sent:
             continue
         # What cannot be read is as if it had never been sent.
@@ -158,6 +160,22 @@ def test_a_broken_vehicle_changes_nothing_about_others(
         assert without.counts is not None
         others = np.ix_(range(len(result.regions)), range(_BROKEN), range(_BROKEN))
         np.testing.assert_array_equal(result.counts[others], without.counts[others])
-        if state == "ghost":
-            assert result.named[_near(result, _GHOST)] == _VICTIM
     assert refused > 0
+
+
+@pytest.mark.parametrize("state", ["clean", "ghost"])
+def test_one_that_sends_nothing_is_as_if_it_were_not_there(
+    state: str, scans: dict[str, list[VehicleScan]], validator: ConnectedValidator
+) -> None:
+    def lost(kind: MessageKind, sender: int, content: bytes) -> list[bytes]:
+        return [] if sender == _BROKEN else [content]
+
+    silent = validator.validate(scans[state], wire=lost)
+    alone = validator.validate(scans[state][:_BROKEN])
+    np.testing.assert_array_equal(silent.regions.centre, alone.regions.centre)
+    np.testing.assert_array_equal(silent.named, alone.named)
+    assert silent.counts is not None
+    others = np.ix_(range(len(silent.regions)), range(_BROKEN), range(_BROKEN))
+    np.testing.assert_array_equal(silent.counts[others], alone.counts)
+    if state == "ghost":
+        assert silent.named[_near(silent, _GHOST)] == _VICTIM
