@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable
+from importlib import resources
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from avsec_gym.cli import COMMANDS, CommandGroup
+from avsec_gym.cli import COMMANDS, CommandGroup, every_command
 from avsec_gym.commands.arguments import parse
 from avsec_gym.registration import CATALOGUE
 
@@ -26,6 +27,24 @@ ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs/site"
 FILMED = ("avsec/GhostObject-v1", "avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0")
 """Whose scenes are not rendered."""
+EVERY = every_command()
+ONE_OF_EACH = (
+    "index", "start/newcomer", "envs/GhostObject-v1", "commands", "parts", "cards/dsgn_small",
+    "cards/patch_dsgn", "cards/agent_ghost_place", "leaderboard", "api/avsec_gym.registry",
+    "detectors", "reproduce_chapter4", "studies/README", "studies/results/chapter4",
+)  # fmt: skip
+SPHINXS_OWN = {"definition-list"}
+"""What axe-core finds wrong with the lists that Sphinx describes functions in."""
+RULES = """
+() => axe.run(document, {
+  runOnly: {type: "tag", values: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]},
+  preload: false,
+  resultTypes: ["violations"],
+}).then((found) => found.violations.map((one) => [one.id, one.nodes[0].html]))
+"""
+BROKEN = (
+    "[...document.images].filter((one) => one.complete && !one.naturalWidth).map((one) => one.src)"
+)
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN_HERE = ("agents", "from_safebench", "layouts", "start/rl_researcher", "world_made")
 """Pages whose snippets run below, as they stand."""
@@ -239,18 +258,48 @@ def test_the_board_is_a_page_with_every_entry(site: Callable[[str], Any], tmp_pa
         site("entry_board").write_pages(tmp_path, tmp_path / "entries")
 
 
-@pytest.mark.slow
-def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
-    """From nothing; the command ends in 0 only if all links lead somewhere."""
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, from nothing; the command ends in 0 only if all links lead somewhere."""
     for module in ("sphinx", "furo", "myst_parser"):
         pytest.importorskip(module, reason="pip install -e '.[docs]'")
-    command = [sys.executable, str(SITE), "--out", str(tmp_path)]
+    out = tmp_path_factory.mktemp("site")
+    command = [sys.executable, str(SITE), "--out", str(out)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    html = tmp_path / "html"
+    return out / "html"
+
+
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning(built: Path) -> None:
     for entry in CATALOGUE:
-        page = (html / f"envs/{entry.id.partition('/')[2]}.html").read_text()
+        page = (built / f"envs/{entry.id.partition('/')[2]}.html").read_text()
         assert entry.id in page
         assert "action space" in page
-    assert "dsgn_small" in (html / "cards/index.html").read_text()
-    assert "avsec_gym.registry.make" in (html / "api/avsec_gym.registry.html").read_text()
+    assert "dsgn_small" in (built / "cards/index.html").read_text()
+    assert "avsec_gym.registry.make" in (built / "api/avsec_gym.registry.html").read_text()
+    commands = (built / "commands.html").read_text()
+    assert all(f"avsec {words}</h2>" in re.sub("<a .*?</a>", "", commands) for words in EVERY)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
+def test_every_kind_of_page_is_read_without_fault(
+    browser: Any, built: Path, scheme: str, width: int
+) -> None:
+    axe = pytest.importorskip("axe_playwright_python", reason="axe-core is not installed")
+    script = (resources.files(axe) / "axe.min.js").read_text()
+    context = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
+    for page in ONE_OF_EACH:
+        tab, said = context.new_page(), list[str]()
+        tab.on("console", lambda message, said=said: said.append(message.text))
+        tab.on("pageerror", lambda error, said=said: said.append(str(error)))
+        tab.goto((built / f"{page}.html").as_uri())
+        assert said == [], (page, scheme)
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width, page
+        assert tab.evaluate(BROKEN) == [], page
+        tab.evaluate(script)
+        found = [one for one in tab.evaluate(RULES) if one[0] not in SPHINXS_OWN]
+        assert found == [], (page, scheme)
+        tab.close()
+    context.close()

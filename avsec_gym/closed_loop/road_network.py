@@ -105,8 +105,8 @@ def network_of(lanes: Lanes, speed_limit: float = 20.0) -> RoadNetwork:
         begin, end = (f"{side} {i}" for side, i in (root(("start", number)), root(("end", number))))
         for place, id in enumerate(row):
             edges = (
-                LineType.CONTINUOUS_LINE if place == 0 else LineType.STRIPED,
-                LineType.CONTINUOUS_LINE if place == len(row) - 1 else LineType.NONE,
+                LineType.CONTINUOUS if place == 0 else LineType.STRIPED,
+                LineType.CONTINUOUS if place == len(row) - 1 else LineType.NONE,
             )
             network.add_lane(begin, end, _lane(lanes, id, edges, speed_limit))
     return network

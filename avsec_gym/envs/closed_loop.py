@@ -223,6 +223,10 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             "simulation_frequency": 20,
             "policy_frequency": 10,
             "neighbour_vehicles_connected_lanes": True,
+            # Roads lead anywhere, not along the screen alone.
+            "screen_width": 600,
+            "screen_height": 600,
+            "centering_position": [0.5, 0.5],
         }
 
     def configure(self, config: Mapping[str, Any] | None) -> None:

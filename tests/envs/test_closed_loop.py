@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from highway_env.envs.common.abstract import AbstractEnv
 from avsec_gym.closed_loop.drive_log import first_contact
 from avsec_gym.closed_loop.perception import TruthPerception
 from avsec_gym.closed_loop.procedural_drives import procedural_drive
+from avsec_gym.closed_loop.road_network import CurvedLane
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
@@ -253,6 +255,25 @@ def test_a_procedural_drive_follows_the_worlds_road() -> None:
     assert played.outcome is None
     own = played.state
     assert abs(played.scene.lanes.line(scene.start_lane).coordinates(own.x, own.y)[1]) < 1.75
+
+
+def test_the_picture_has_the_edges_of_a_curved_lane_where_they_are() -> None:
+    env = made(scenarios="drives", render_mode="rgb_array")
+    env.reset(seed=0)
+    picture = env.render()
+    played: Any = env.unwrapped
+    assert picture.shape == (600, 600, 3)
+    lane = played.road.network.get_lane(played.vehicle.lane_index)
+    assert isinstance(lane, CurvedLane)
+    along, _ = lane.local_coordinates(played.vehicle.position)
+    surface = played.viewer.sim_surface
+    for ahead, side in product((0.0, 15.0, 30.0), (-1, 1)):
+        edge = lane.position(along + ahead, side * lane.width_at(along + ahead) / 2)
+        column, row = surface.pos2pix(*edge)
+        # A line is white, and a pixel wide.
+        assert picture[row - 2 : row + 3, column - 2 : column + 3].max() == 255
+        column, row = surface.pos2pix(*lane.position(along + ahead, 4.0 * side))
+        assert picture[row - 2 : row + 3, column - 2 : column + 3].max() < 255
 
 
 def test_a_video_is_recorded(tmp_path: Path) -> None:
