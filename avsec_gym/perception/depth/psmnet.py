@@ -183,8 +183,8 @@ def psmnet_loss(
 
 _FULL = PsmNetConfiguration()
 _SMALL = PsmNetConfiguration(
-    input_size=(192, 640),
-    disparities=96,  # as many for 640 columns as 186 for KITTI's 1242
+    input_size=(208, 688),
+    disparities=112,  # as many for 688 columns as 202 for KITTI's 1242
     disparity_step=4,
     features=FeatureConfiguration(
         first=16,

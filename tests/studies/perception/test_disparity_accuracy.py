@@ -129,7 +129,7 @@ def test_the_command(tmp_path: Path, shared: Path) -> None:
     kitti = shared / "kitti" / "object"
     assert main(["--kitti", str(kitti), "--weights", str(weights), "--json", str(out)]) == 0
     result = json.loads(out.read_text())
-    assert result["input_sizes"]["psmnet_small"] == [192, 640]
+    assert result["input_sizes"]["psmnet_small"] == [208, 688]
     for pair in result["real"].values():
         assert set(pair["estimators"]) == {"psmnet_small", "psmnet_medium", "sgbm_reduced", "sgbm"}
         assert pair["estimators"]["psmnet_medium"]["density"]["value"] == 1.0
