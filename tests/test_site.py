@@ -299,7 +299,7 @@ def test_every_kind_of_page_is_read_without_fault(
         assert tab.evaluate("document.documentElement.scrollWidth") <= width, page
         assert tab.evaluate(BROKEN) == [], page
         tab.evaluate(script)
-        found = [one for one in tab.evaluate(RULES) if one[0] not in SPHINXS_OWN]
+        found = [fault for fault in tab.evaluate(RULES) if fault[0] not in SPHINXS_OWN]
         assert found == [], (page, scheme)
         tab.close()
     context.close()
