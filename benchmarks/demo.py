@@ -19,7 +19,7 @@ from pathlib import Path
 from avsec_gym.runs.run import usable_cores
 
 PAGE = "report.html:"
-"""Each line that says so states what the page shows by now."""
+"""Each line with it states what the page shows by now."""
 STAGES = ("first_page", "first_scene")
 
 
