@@ -1,6 +1,6 @@
 # avsec-gym on a CPU: `docker build -t avsec-gym .`, then `docker run --rm avsec-gym evaluate`.
 # Results and the cache of rendered scenes stay in /data where a volume is mounted there:
-# `docker run --rm --user "$(id -u):$(id -g)" -v "$PWD/data:/data" avsec-gym demo`.
+# `mkdir -p data; docker run --rm --user "$(id -u):$(id -g)" -v "$PWD/data:/data" avsec-gym demo`.
 # Its lines were tried by hand; the building of the image is untested.
 FROM python:3.11-slim
 # numba compiles by itself; opencv-python-headless, embreex and torch bring their libraries.
