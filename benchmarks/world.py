@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,11 +25,15 @@ os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 import cv2
 import numpy as np
 
+from avsec_gym.rig import resized_rig
 from avsec_gym.world.capture import Lidar, Renderer, Sweep, render, renderer_of, scan_of
 from avsec_gym.world.export import make_data_set, suite_recipe
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.motion import with_ego_speed
 from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_layout
+
+DETECTOR_WIDTHS = (768, 640)
+"""Columns that DSGN small and Stereo R-CNN small read; `avsec world make --width` renders so."""
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
@@ -51,6 +56,16 @@ def one_core(frames: int) -> dict[str, float]:
             for sweep in (Sweep.INSTANT, Sweep.ROLLING)
         )
         pair, _ = timed(lambda look=look: look(cameras=(2, 3)))
+        narrow = {
+            f"stereo_pair_with_labels_{width}_wide": partial(
+                render,
+                replace(posed, rig=resized_rig(posed.rig, width)),
+                renderer=renderer,
+                lidar=None,
+                cameras=(2, 3),
+            )
+            for width in DETECTOR_WIDTHS
+        }
         measured = {
             "scene": build,
             "labels_and_depth": timed(lambda look=look: look(cameras=()))[0],
@@ -59,7 +74,7 @@ def one_core(frames: int) -> dict[str, float]:
             "scene_and_stereo_pair_with_labels": build + pair,
             "scan": timed(still)[0],
             "rolling_scan": timed(rolling)[0],
-        }
+        } | {name: timed(look)[0] for name, look in narrow.items()}
         for name, seconds in measured.items():
             rows.setdefault(name, []).append(seconds)
     return {name: round(statistics.median(values), 3) for name, values in rows.items()}

@@ -44,6 +44,7 @@ from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.world.export import read_manifest
 from studies.answer import answer
 from studies.perception.weights_facts import WeightsFacts, weights_facts
 
@@ -121,6 +122,8 @@ class DisparityAccuracy:
     weights: WeightsFacts | None
     input_sizes: Mapping[str, list[int]]
     """Height and width that each network reduces images to, pixels."""
+    seed: int | None = field(default=None, metadata=OPTIONAL)
+    """Seed of the suite that the pairs of the world are of."""
     world: MeasuredPairs | None = field(default=None, metadata=OPTIONAL)
     real: Mapping[str, MeasuredPairs] | None = field(default=None, metadata=OPTIONAL)
     """Results on real pairs, by pair."""
@@ -151,7 +154,8 @@ def run(options: argparse.Namespace) -> DisparityAccuracy:
     if options.world is not None:
         pairs = world_pairs(options.world, options.limit)
         world = measured(estimators, pairs, options.resamples, options.seed)
-        result = replace(result, world=world)
+        settings = (read_manifest(options.world) or {}).get("settings") or {}
+        result = replace(result, world=world, seed=settings.get("seed"))
     if options.kitti is not None:
         real = {pair.frame.id: measured(estimators, [pair]) for pair in real_pairs(options.kitti)}
         result = replace(result, real=real)

@@ -21,6 +21,7 @@ from avsec_gym.storage.regular_files import is_file
 from avsec_gym.storage.text_files import write_text
 from studies.answer import answer
 from studies.perception.classifier_accuracy import ClassifierAccuracy
+from studies.perception.decoding_rules import DecodingRules, rules_of_decoding
 from studies.perception.detection_errors import LEVEL
 from studies.perception.detector_precision import AIMS, DetectorPrecision
 from studies.perception.detector_scores import Interval
@@ -28,7 +29,12 @@ from studies.perception.disparity_accuracy import DisparityAccuracy
 from studies.perception.page_classifiers import classifiers
 from studies.perception.page_errors import examples, reasons
 from studies.perception.page_frames import assets_of, held_out, world_make
-from studies.perception.page_history import every_scoring, real_then_and_now, trainings
+from studies.perception.page_history import (
+    every_disparity,
+    every_scoring,
+    real_then_and_now,
+    trainings,
+)
 from studies.perception.page_networks import (
     DetectorTimes,
     RankedDetector,
@@ -53,6 +59,7 @@ FILES = {
     "single": "single_sensor_detectors.json",
     "curves": "detector_training.json",
     "history": "training_history.json",
+    "rules": "decoding_rules.json",
     "real": "real_frames.json",
     "disparity": "disparity.json",
     "classifiers": "classifiers.json",
@@ -76,6 +83,7 @@ class DetectorResults:
     single: SingleSensorPrecision | None = None
     curves: Mapping[str, NetworkCurves] | None = None
     history: TrainingHistory | None = None
+    rules: DecodingRules | None = None
     real: DetectorsInRealFrames | None = None
     disparity: DisparityAccuracy | None = None
     classifiers: ClassifierAccuracy | None = None
@@ -132,6 +140,7 @@ def read_results(folder: Path) -> DetectorResults:
         single=read("single", lambda found: row_of(SingleSensorPrecision, found)),
         curves=read("curves", _curves),
         history=read("history", lambda found: row_of(TrainingHistory, found)),
+        rules=read("rules", lambda found: row_of(DecodingRules, found)),
         real=read("real", lambda found: row_of(DetectorsInRealFrames, found)),
         disparity=read("disparity", lambda found: row_of(DisparityAccuracy, found)),
         classifiers=read("classifiers", lambda found: row_of(ClassifierAccuracy, found)),
@@ -162,6 +171,7 @@ def page(results: DetectorResults) -> str:
         by_occlusion(scores),
         by_assets(scores),
         reasons(scores),
+        rules_of_decoding(results.rules) if results.rules else [],
         examples(scores),
         single_sensor(results.single, known) if results.single else [],
         training(scores.detectors, results.single, results.disparity, results.curves, known),
@@ -171,6 +181,7 @@ def page(results: DetectorResults) -> str:
         real(results.real) if results.real else [],
         real_then_and_now(results.history.real) if results.history else [],
         disparity(results.disparity) if results.disparity else [],
+        every_disparity(results.history.disparity) if results.history else [],
         classifiers(results.classifiers) if results.classifiers else [],
         seconds(results.seconds) if results.seconds else [],
         ranking(results.ranking) if results.ranking is not None else [],

@@ -15,11 +15,12 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.json_rows import OPTIONAL
 from studies.answer import answer
 from studies.study import ROOT
 
@@ -105,6 +106,23 @@ class Scoring:
 
 
 @dataclass(frozen=True)
+class DisparityScoring:
+    """How much more often a preset of PSMNet is wrong than matching, where that finds something."""
+
+    date: str
+    seed: int | None
+    """Seed of the suite; None: not recorded."""
+    pairs: int
+    preset: str
+    size: Sequence[int]
+    """Height and width that it reduced images to, pixels."""
+    sha256: str
+    more_wrong: float
+    """Share of those pixels that is off by more than 3, less that of semi-global matching."""
+    interval: Sequence[float]
+
+
+@dataclass(frozen=True)
 class RealScoring:
     """What a detector found in real frames, of the moderate cars there."""
 
@@ -124,6 +142,7 @@ class TrainingHistory:
     trainings: Sequence[Training]
     scorings: Sequence[Scoring]
     real: Sequence[RealScoring]
+    disparity: Sequence[DisparityScoring] = field(default=(), metadata=OPTIONAL)
 
 
 class KeptFile(NamedTuple):
@@ -148,6 +167,7 @@ def run(options: argparse.Namespace) -> TrainingHistory:
             *real_of_stereo(_results("real_frames.json"), list(_results("detectors.json"))),
             *real_of_one_sensor(_results("single_sensor_detectors.json")),
         ],
+        list(disparity_scorings(_results("disparity.json"))),
     )
 
 
@@ -192,6 +212,9 @@ def trainings_of(network: str, cards: Sequence[KeptFile]) -> list[Training]:
 def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
     """The scorings that were new in each version of the result of `detector_precision`.
 
+    Weights that are scored again on the same frames, by changed code, are there once more if the
+    figures differ.
+
     Args:
         results: The versions, in the order of time.
     """
@@ -200,11 +223,12 @@ def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
         data = kept.content["data"]
         for network, found in kept.content["detectors"].items():
             sha256 = found["weights"]["sha256"]
-            key = data["fingerprint"], data["seed"], sha256
+            precision = {iou: found["average_precision"][iou]["3d"] for iou in ("0.7", "0.5")}
+            figures = [round(each["ap11"][1], 1) for each in precision.values()]
+            key = data["fingerprint"], data["seed"], sha256, *figures
             if key in seen:
                 continue
             seen.add(key)
-            precision = {iou: found["average_precision"][iou]["3d"] for iou in ("0.7", "0.5")}
             yield Scoring(
                 kept.date,
                 data["seed"],
@@ -216,6 +240,35 @@ def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
                 precision["0.5"]["ap11"][1],
                 precision["0.7"]["ap11_interval"][1],
             )
+
+
+def disparity_scorings(results: Iterator[KeptFile]) -> Iterator[DisparityScoring]:
+    """The scorings that were new in each version of the result of `disparity_accuracy`.
+
+    Args:
+        results: The versions, in the order of time; the first ones were not compared with matching.
+    """
+    seen = set()
+    for kept in results:
+        world = kept.content.get("world") or {}
+        for name, found in world.get("estimators", {}).items():
+            size = kept.content.get("input_sizes", {}).get(name)
+            if size is None or "more_wrong" not in found:
+                continue
+            sha256 = kept.content["weights"]["sha256"]
+            key = name, sha256, *size, found["more_wrong"]
+            if key not in seen:
+                seen.add(key)
+                yield DisparityScoring(
+                    kept.date,
+                    kept.content.get("seed"),
+                    world["pairs"],
+                    name.removeprefix("psmnet_"),
+                    size,
+                    sha256,
+                    found["more_wrong"],
+                    found["more_wrong_interval"],
+                )
 
 
 def real_of_stereo(

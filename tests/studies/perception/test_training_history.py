@@ -12,11 +12,17 @@ from avsec_gym.experiments.json_rows import as_json, row_of
 from avsec_gym.storage.json_files import read_json
 from studies.perception import training_history
 from studies.perception.page_frames import frames_in_words
-from studies.perception.page_history import every_scoring, real_then_and_now, trainings
+from studies.perception.page_history import (
+    every_disparity,
+    every_scoring,
+    real_then_and_now,
+    trainings,
+)
 from studies.perception.training_history import (
     KeptFile,
     RealScoring,
     TrainingHistory,
+    disparity_scorings,
     real_of_one_sensor,
     real_of_stereo,
     run,
@@ -87,16 +93,42 @@ def test_each_scoring_counts_once() -> None:
         KeptFile("2", result(5, "aaaaaaaaaa", 3.0)),
         KeptFile("3", result(5, "b", 4.0)),
         KeptFile("4", result(6, "b", 7.0)),
+        KeptFile("5", result(6, "b", 7.01)),
+        KeptFile("6", result(6, "b", 7.2)),
     ]
     rows = list(scorings(iter(versions)))
+    # The same frames once more by changed code, where the figure differs as it is printed.
     assert [(row.date, row.seed, row.iou70) for row in rows] == [
         ("1", 5, 3),
         ("3", 5, 4),
         ("4", 6, 7),
+        ("6", 6, 7.2),
     ]
     assert "| 1 | 5 | judge | 4 | `dsgn` | `aaaaaaaa` | 3.0 (1.0 to 2.0) | 3.0 |" in every_scoring(
         rows
     )
+
+
+def test_each_scoring_of_disparity_counts_once() -> None:
+    def version(sha256: str, size: list[int], more: float | None, **data: Any) -> dict[str, Any]:
+        found = {} if more is None else {"more_wrong": more, "more_wrong_interval": [0.0, 0.5]}
+        world = {"pairs": 9, "estimators": {"psmnet_small": found, "sgbm": {"more_wrong": 0.0}}}
+        sizes = {"psmnet_small": size}
+        return {"weights": {"sha256": sha256}, "input_sizes": sizes, "world": world, **data}
+
+    versions = [
+        KeptFile("1", version("aaaaaaaaaa", [16, 52], None)),
+        KeptFile("2", version("aaaaaaaaaa", [16, 52], 0.02)),
+        KeptFile("3", version("aaaaaaaaaa", [16, 52], 0.02)),
+        KeptFile("4", version("aaaaaaaaaa", [20, 68], 0.01, seed=7)),
+    ]
+    rows = list(disparity_scorings(iter(versions)))
+    assert [(row.date, row.seed, row.size) for row in rows] == [
+        ("2", None, [16, 52]),
+        ("4", 7, [20, 68]),
+    ]
+    text = every_disparity(rows)
+    assert "| 4 | 7 | 9 | `small`, 68 x 20 | `aaaaaaaa` | 1.00 (0.00 to 50.00) |" in text
 
 
 def test_real_frames_are_compared_between_the_first_and_the_present_weights() -> None:
