@@ -35,6 +35,8 @@ from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene_sets import labelled_scenarios
 from studies.answer import answer
 
+_STREET = 1
+"""A street in lists of road types, see `ROAD_TYPES`."""
 THESIS = {"motion": 0.9831, "road_type": 0.9464}
 """Section 5.4.1, on the authors' validation data."""
 
@@ -144,6 +146,9 @@ class JudgedRoad:
     truth: str
     highway: float
     """The probability of a highway."""
+    has_cars: bool = field(default=True, metadata=OPTIONAL)
+    """Whether the scenario has cars; those without are streets by their folder, and the lists of
+    road types leave them out."""
 
 
 @dataclass(frozen=True)
@@ -348,13 +353,15 @@ def _real_roads(selector: DrivingConstraintSelector, kitti: Path, scenarios: Pat
     data = KittiObject(kitti)
     there = set(data.ids(having=("image_2", "calib")))
     labels = _lists(scenarios / "road_type")
+    without_cars = {file.stem for file in (scenarios / "nocar").glob("*.txt")} - labels.keys()
+    labels |= dict.fromkeys(without_cars, _STREET)
     frames: list[JudgedRoad] = []
     pairs = []
     for id in sorted(there & labels.keys()):
         frame, truth = data.frame(id), ROAD_TYPES[labels[id]]
         pairs.append(JudgedType(id, truth, selector.select(frame)))
         highway = round(selector.highway_probability(frame), 4)
-        frames.append(JudgedRoad(id, str(truth), highway))
+        frames.append(JudgedRoad(id, str(truth), highway, id not in without_cars))
     return RealRoads(_road_summary(pairs), frames)
 
 

@@ -6,7 +6,12 @@ from collections.abc import Mapping
 
 from avsec_gym.errors import DataError
 from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, share
-from studies.perception.classifier_accuracy import Accuracy, ClassifierAccuracy
+from avsec_gym.road_type import RoadType
+from studies.perception.classifier_accuracy import (
+    Accuracy,
+    ClassifierAccuracy,
+    RealRoads,
+)
 
 _INDEPENDENT = (
     "Wilson's 95 % intervals take objects for independent, though those of one scene are not."
@@ -55,6 +60,7 @@ def classifiers(found: ClassifierAccuracy) -> list[str]:
         f" {_INDEPENDENT if moves.with_neighbour.clusters is None else _CLUSTERED} Who always said"
         f" “stands” would be right in {share(stand / max(same.cases, 1))} % of the objects"
         " with an earlier frame. The thesis' figures are of its own real crops.",
+        *_without_cars(road.real),
         "",
         *markdown_table(
             ["what", "cases", "right, %", "moving called standing, %",
@@ -62,6 +68,19 @@ def classifiers(found: ClassifierAccuracy) -> list[str]:
             rows,
         ),
     ]  # fmt: skip
+
+
+def _without_cars(real: RealRoads | None) -> list[str]:
+    """What is said of roads on which there is no car."""
+    alone = [each for each in (real.frames if real else ()) if not each.has_cars]
+    if not alone:
+        return []
+    right = sum((each.highway > 0.5) == (each.truth == RoadType.HIGHWAY) for each in alone)
+    return [
+        "",
+        f"Real frames without cars, streets by their scenarios' folder: {right} of {len(alone)} are"
+        " called so.",
+    ]
 
 
 def _row(

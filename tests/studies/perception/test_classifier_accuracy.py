@@ -81,5 +81,9 @@ def test_real_frames_are_reported_apart(shared: Path, tmp_path: Path) -> None:
     listed = result["motion"]["real"]["static_by_list"]
     assert "000274" in listed["frames"]
     assert listed["with_neighbour"]["cases"] == 10
-    assert result["road_type"]["real"]["cases"] == 5
+    roads = result["road_type"]["real"]
+    assert roads["cases"] == 6
+    # No list of road types has the frame without cars, which its folder calls a street.
+    assert [row["frame"] for row in roads["frames"] if not row["has_cars"]] == ["000005"]
+    assert [row["truth"] for row in roads["frames"] if row["frame"] == "000005"] == ["street"]
     assert "world" not in result["motion"]
