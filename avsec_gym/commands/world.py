@@ -49,7 +49,7 @@ class WorldMake:
     """Names the data set: same seed, same bytes."""
     assets: Literal["train", "judge", "all"] = "all"
     """Which part of the designs of vehicles, houses, plants, people and textures: that for
-    training, that for judging, which share nothing, or both."""
+    training, that for judging, which share no design, or both."""
     workers: int | None = None
     """Number of processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
     cameras: tuple[int, ...] = ()
@@ -141,7 +141,7 @@ class WorldTwin:
     """Road type of the places. Default: that of the style; street without one."""
     assets: Literal["train", "judge", "all"] = "all"
     """Which part of the designs of vehicles, houses, plants, people and textures: that for
-    training, that for judging, which share nothing, or both."""
+    training, that for judging, which share no design, or both."""
     workers: int | None = None
     """Number of processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
     cameras: tuple[int, ...] = (2, 3)

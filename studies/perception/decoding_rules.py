@@ -55,7 +55,7 @@ RULES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         "differences of colour in full, as published": {"alignment": {"most_difference": None}},
     },
 }
-"""By detector and words: the argument of the detector, and what of it is changed."""
+"""The rules that are undone, by detector and words: the argument of the detector, and its change."""
 _MADE = {"dsgn": DsgnDetector, "stereo_rcnn": StereoRcnnDetector}
 
 
