@@ -55,7 +55,7 @@ RULES: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         "differences of colour in full, as published": {"alignment": {"most_difference": None}},
     },
 }
-"""The rules that are undone, by detector and words: the argument of the detector, and its change."""
+"""The rules that are undone, by detector and words: an argument of the detector, and its change."""
 _MADE = {"dsgn": DsgnDetector, "stereo_rcnn": StereoRcnnDetector}
 
 
