@@ -75,8 +75,8 @@ class ComparedFamilies:
         ratio: How many times as much safety a point of precision costs that the first takes;
             unknown where the second's rate is not surely above zero.
         difference: How much more it costs, points of safety for a point of precision.
-        p_holm: The p-value of the difference's being zero after Holm's correction for all
-            comparisons of the run; None where a rate is unknown.
+        p_holm: The p-value of the difference's being zero, see `rates_differ`, after Holm's
+            correction for all comparisons of the run; None where a rate is unknown.
         pairs: Pairs of an attack of each, corrected for all pairs of the detector.
     """
 
@@ -133,8 +133,8 @@ def figures_of(attacks: Sequence[Losses]) -> FamilyFigures:
             rows.append(_family_row(detector, family, group, within))
         for second, first in combinations(members, 2):
             between = [pair for pair in pairs if _families_of(pair) == {first, second}]
-            rates = exchange_rate(members[first]), exchange_rate(members[second])
-            compared.append(_compared(detector, (first, second), rates, between))
+            both = members[first], members[second]
+            compared.append(_compared(detector, (first, second), both, between))
     corrected = holm_adjusted([p for _, p in compared])
     return FamilyFigures(
         rows,
@@ -187,11 +187,11 @@ def _family_row(
 def _compared(
     detector: str,
     families: tuple[str, str],
-    rates: tuple[Sampled | None, Sampled | None],
+    members: tuple[Sequence[Losses], Sequence[Losses]],
     between: Sequence[ComparedPair],
 ) -> tuple[ComparedFamilies, float]:
     """A row without its corrected p-value, and the p-value itself; NaN without any."""
-    first, second = rates
+    first, second = map(exchange_rate, members)
     difference = None if first is None or second is None else first - second
     ratio = None if first is None or second is None else _ratio(first, second)
     row = ComparedFamilies(
@@ -202,7 +202,32 @@ def _compared(
         None,
         counted_pairs(between),
     )
-    return row, np.nan if difference is None else difference.p
+    return row, np.nan if difference is None else rates_differ(*members).p
+
+
+def rates_differ(first: Sequence[Losses], second: Sequence[Losses]) -> Sampled:
+    """A figure that is zero where two families have one exchange rate.
+
+    ``S_1 / P_1 = S_2 / P_2`` where ``S_1 P_2 - S_2 P_1 = 0``, and unlike a ratio whose divisor
+    comes near zero in some draws this has a spread that tells something (Fieller, "Some problems in
+    interval estimation", Journal of the Royal Statistical Society B 16, 1954).
+
+    Args:
+        first: Losses of attacks of one family.
+        second: Those of the other, sampled in the same draws.
+
+    Returns:
+        Safety times precision, percentage points squared; above zero where the first family's rate
+        is the higher one.
+    """
+    safety, precision = (
+        [_mean([getattr(attack, what) for attack in group]) for group in (first, second)]
+        for what in ("safety", "precision")
+    )
+    return Sampled(
+        safety[0].value * precision[1].value - safety[1].value * precision[0].value,
+        safety[0].samples * precision[1].samples - safety[1].samples * precision[0].samples,
+    )
 
 
 def _families_of(pair: ComparedPair) -> set[str]:

@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter5.families import (
     exchange_rate,
     family_figures,
     figures_of,
+    rates_differ,
 )
 from avsec_gym.experiments.chapter5.losses import Losses, losses
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
@@ -105,6 +106,41 @@ def test_equal_rates_are_not_called_different() -> None:
     assert between.p_holm is not None
     assert between.p_holm > 0.5
     assert between.ratio.interval[0] < 1 < between.ratio.interval[1]
+
+
+def test_a_divisor_near_zero_does_not_hide_that_rates_differ() -> None:
+    """The ratio itself runs away in some draws, and its spread with it."""
+    attacks = made_losses(precision=[10, 20, 30, 40, 2.0, 2.1, 2.2], rates=[0.07] * 4 + [0.7] * 3)
+    random = np.random.default_rng(5)
+    near = 1 + 0.45 * random.normal(size=2000)
+    patches = [
+        Losses(each.condition, Sampled(each.precision.value, each.precision.value * near),
+               Sampled(each.safety.value, each.safety.value + 0.3 * random.normal(size=2000)))
+        for each in attacks[4:]
+    ]  # fmt: skip
+    (between,) = figures_of([*attacks[:4], *patches]).compared
+    assert between.difference.interval[0] > 0
+    assert between.p_holm < 0.001
+
+
+def test_rates_that_are_equal_are_called_different_as_rarely_as_the_level_says() -> None:
+    random = np.random.default_rng(11)
+    true = {"precision": (20.0, 2.0), "safety": (1.4, 0.14)}
+    called = 0
+    for _ in range(400):
+        groups = []
+        for place, spread in ((0, (1.0, 0.3)), (1, (0.7, 0.1))):
+            seen = {
+                what: random.normal(values[place], width)
+                for (what, values), width in zip(true.items(), spread, strict=True)
+            }
+            drawn = {
+                what: Sampled(value, value + width * random.normal(size=400))
+                for (what, value), width in zip(seen.items(), spread, strict=True)
+            }
+            groups.append([Losses(Condition("dsgn", "patch-random"), **drawn)])
+        called += rates_differ(*groups).p < 0.05
+    assert called < 40
 
 
 def test_nothing_is_exchanged_where_no_precision_is_surely_lost() -> None:
