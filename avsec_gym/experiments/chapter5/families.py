@@ -209,8 +209,8 @@ def rates_differ(first: Sequence[Losses], second: Sequence[Losses]) -> Sampled:
     """A figure that is zero where two families have one exchange rate.
 
     ``S_1 / P_1 = S_2 / P_2`` where ``S_1 P_2 - S_2 P_1 = 0``, and unlike a ratio whose divisor
-    comes near zero in some draws this has a spread that tells something, in the spirit of Fieller ("Some
-    problems in interval estimation", Journal of the Royal Statistical Society B 16, 1954).
+    comes near zero in some draws this has a spread that tells something (in the spirit of Fieller,
+    "Some problems in interval estimation", Journal of the Royal Statistical Society B 16, 1954).
 
     Args:
         first: Losses of attacks of one family.
