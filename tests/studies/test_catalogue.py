@@ -127,6 +127,7 @@ def test_minutes_of_a_command_are_those_of_the_parts_that_it_makes_too() -> None
     # Need no data.
     made = (
         "detector_precision",
+        "decoding_rules",
         "detector_benchmark",
         "detector_ranking",
         "contested_ranking",
