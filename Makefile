@@ -1,11 +1,12 @@
-# Everything sets itself up: a first `make demo` or `make test` builds .venv with pip.
+# Everything sets itself up: a first `make demo` or `make test` builds .venv with pip; for the demo
+# alone, without what only tests and extras need.
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
 .PHONY: demo test test-fast test-slow test-lowest lint bench docs docs-site fresh clean
 
-demo: .venv/installed
+demo: .venv/package
 	$(BIN)/avsec demo
 
 # A thread for each of the two processes: more would wait for one another's cores, three times as
@@ -68,9 +69,13 @@ clean: fresh
 # torch comes first and by itself: pinned, pip takes the CPU build where one is offered.
 # `make INSTALL=--no-compile` leaves 18,000 files to be compiled when they are imported, if they are.
 INSTALL ?=
-.venv/installed: pyproject.toml constraints.txt
+.venv/installed: .venv/package
+	$(PIP) install --quiet $(INSTALL) -e '.[dev,docs,view,train,adversarial,distributed,rerun,video]' -c constraints.txt
+	touch $@
+
+.venv/package: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "avsec-gym needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv .venv
 	$(PIP) install --quiet $(INSTALL) "$$(grep '^torch==' constraints.txt)" -c constraints.txt
-	$(PIP) install --quiet $(INSTALL) -e '.[dev,docs,view,train,adversarial,distributed,rerun,video]' -c constraints.txt
+	$(PIP) install --quiet $(INSTALL) -e . -c constraints.txt
 	touch $@

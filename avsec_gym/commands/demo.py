@@ -22,10 +22,6 @@ if TYPE_CHECKING:
 _NAME = "demo"
 _FIRST_LOOK = "avsec demo, at its beginning"
 """What its page names as its maker."""
-_NOT_TELLING = (
-    "avsec: the scene of the drives was chosen because what the car sees decides how it ends;"
-    " with today's sources it does not"
-)
 _LOOK_AGAIN = "\nsetTimeout(() => location.reload(), 15000);\n"
 """What has that page read again what was written meanwhile."""
 _PICTURES = 4
@@ -60,7 +56,7 @@ class Demo:
         from avsec_gym.experiments.demo.contested_frames import contested_frames
         from avsec_gym.experiments.demo.drive_ahead import drives_ahead
         from avsec_gym.experiments.demo.drive_on import FOLDER as DRIVES
-        from avsec_gym.experiments.demo.drive_on import drive_on, is_still_telling
+        from avsec_gym.experiments.demo.drive_on import drive_on
         from avsec_gym.experiments.demo.experiment import unpatched
         from avsec_gym.experiments.demo.quick_compilation import quick_compilation
         from avsec_gym.experiments.demo.story import StoryRow
@@ -90,9 +86,10 @@ class Demo:
         ):
             if is_new:
                 self._look_first()
+            last = None
             if beside:
-                if not is_still_telling(self.seed):
-                    console.say(_NOT_TELLING)
+                with console.progress("driving on") as shown:
+                    last = ahead.drive_beside(shown)
                 with console.progress("rendering") as shown:
                     ahead.wait_for_frames(shown)
                 contested_frames(self.scenarios, self.seed, self._jobs - 1)
@@ -105,7 +102,7 @@ class Demo:
                 page.written()
                 console.say(f"{self.out / PAGE}: the episodes in pictures; drives follow")
             with console.progress("driving on") as shown:
-                last = ahead.finish(shown)
+                ahead.wait_for_drives(shown)
         with console.progress("driving on") as shown:
             drive_on(drives, self.seed, self._jobs, shown, control=self._is_report, last=last)
         # The page with the drives, what was seen in sentences, and its figures.

@@ -17,7 +17,8 @@ from avsec_gym.experiments.demo.drive_section import driven_rows
 def test_one_process_alone_begins_none(tmp_path: Path) -> None:
     with drives_ahead(tmp_path / "drives", 1, 0, processes=1) as ahead:
         ahead.wait_for_frames(lambda done, total: pytest.fail("a frame is rendered"))
-        assert ahead.finish(lambda done, total: pytest.fail("a drive is made")) is None
+        assert ahead.drive_beside(lambda done, total: pytest.fail("a drive is made")) is None
+        ahead.wait_for_drives(lambda done, total: pytest.fail("a drive is made"))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -29,7 +30,7 @@ def test_what_goes_wrong_is_left_to_who_drives_on(
     (tmp_path / "drives.jsonl").write_text("{}\n")
     with drives_ahead(tmp_path, 1, 0, processes=2) as ahead:
         ahead.wait_for_frames(lambda done, total: None)
-        ahead.finish(lambda done, total: None)
+        ahead.wait_for_drives(lambda done, total: None)
     assert "Traceback" not in capfd.readouterr().err
     assert not are_demo_drives(tmp_path, 0)
     with pytest.raises(DataError, match=r"drives here are others|drives\.jsonl"):
@@ -56,8 +57,9 @@ def test_they_are_the_drives_that_are_made_afterwards(tmp_path: Path) -> None:
     seen: list[tuple[int, int]] = []
     frames: list[tuple[int, int]] = []
     with drives_ahead(tmp_path / "ahead", 1, 0, processes=2) as ahead:
+        last = ahead.drive_beside(lambda done, total: seen.append((done, total)))
         ahead.wait_for_frames(lambda done, total: frames.append((done, total)))
-        last = ahead.finish(lambda done, total: seen.append((done, total)))
+        ahead.wait_for_drives(lambda done, total: seen.append((done, total)))
     assert frames[-1:] in ([], [(1, 1)])  # None where the cache has them already.
     assert seen[0] == (0, 3)
     assert sorted(seen) == seen

@@ -1,11 +1,12 @@
 """Renders the demo's frames and makes its drives in a process of its own, while this one attacks.
 
 Both are rendered there, one after the other: the textures are drawn once, and the renderer is
-compiled once.  The last drive is left to this process, which has attacked by then.
+compiled once.  The last drive is left to this process, which waits for the frames meanwhile.
 """
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
@@ -20,7 +21,7 @@ from avsec_gym.experiments.demo.quick_compilation import quick_compilation
 from avsec_gym.progress import Progress
 from avsec_gym.storage.regular_files import read_text
 from avsec_gym.worker_processes import Worker
-from avsec_gym.world.textures.library import texture_library
+from avsec_gym.world.export import Sensors, suite_recipe
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 
@@ -37,6 +38,21 @@ class DrivesAhead:
     def __init__(self, out: Path, seed: int, worker: Worker | None) -> None:
         self._out, self._seed, self._worker = out, seed, worker
 
+    def drive_beside(self, on_progress: Progress) -> Driven | None:
+        """Make the drive that is left to this process, which has to wait for the frames anyway.
+
+        Args:
+            on_progress: Function that gets the number of drives that are done and that of all.
+
+        Returns:
+            The drive, which nothing has filed yet; None: no process was begun, or it makes all.
+        """
+        is_left = self._worker is not None and has_known_scene(self._seed)
+        if not is_left or self._done() == len(SETTINGS):
+            return None
+        on_progress(0, len(SETTINGS))
+        return last_drive(self._seed)
+
     def wait_for_frames(self, on_progress: Progress) -> None:
         """Wait until the process has rendered the frames, or can not.
 
@@ -52,28 +68,17 @@ class DrivesAhead:
         worker = self._worker
         return worker is not None and not worker.said_something(0.0) and not worker.has_left()
 
-    def finish(self, on_progress: Progress) -> Driven | None:
-        """Make the drive that was left to this process, and wait until the other has made its own.
+    def wait_for_drives(self, on_progress: Progress) -> None:
+        """Wait until the process has made its drives, or can not.
 
         Args:
             on_progress: Function that gets the number of drives that are done and that of all.
-
-        Returns:
-            The drive, which nothing has filed yet; None: no process was begun, or it made all.
         """
-        last = None
-        if (
-            self._worker is not None
-            and has_known_scene(self._seed)
-            and self._done() < len(SETTINGS)
-        ):
-            on_progress(self._done(), len(SETTINGS))
-            last = last_drive(self._seed)
-        while self._worker is not None and not self._worker.said_something(_SECONDS_BETWEEN_LOOKS):
-            if self._worker.has_left():
+        worker = self._worker
+        while worker is not None and not worker.said_something(_SECONDS_BETWEEN_LOOKS):
+            if worker.has_left():
                 break
-            on_progress(self._done() + (last is not None), len(SETTINGS))
-        return last
+            on_progress(self._done(), len(SETTINGS))
 
     def _done(self) -> int:
         """How many drives are filed."""
@@ -95,7 +100,7 @@ def drives_ahead(out: Path, scenes: int, seed: int, processes: int) -> Iterator[
 
     Example:
         >>> with drives_ahead(Path("out/drives"), scenes=3, seed=0, processes=1) as ahead:
-        ...     ahead.finish(lambda done, total: None)  # Nothing was begun.
+        ...     ahead.wait_for_drives(lambda done, total: None)  # Nothing was begun.
     """
     worker = Worker(_render, out, scenes, seed, processes - 1, threads=1) if processes > 1 else None
     try:
@@ -106,11 +111,19 @@ def drives_ahead(out: Path, scenes: int, seed: int, processes: int) -> Iterator[
             worker.join()
 
 
+def _compile_the_renderer() -> None:
+    """Render a frame that nobody asked for.
+
+    The other process meanwhile compiles the planner, which the choice of scenes needs.
+    """
+    with tempfile.TemporaryDirectory() as root:
+        suite_recipe("street", 1, sensors=Sensors(lidar=False)).make(Path(root), 0)
+
+
 def _render(connection: Connection, out: Path, scenes: int, seed: int, processes: int) -> None:
     with quick_compilation():
         with suppress(AvsecError):
-            # Meanwhile the other process compiles the planner, which the choice of scenes needs.
-            texture_library()
+            _compile_the_renderer()
             contested_frames(scenes, seed, processes, lambda *done: connection.send(done))
         connection.send(None)
         with suppress(AvsecError):

@@ -11,7 +11,6 @@ from typing import Any
 
 from avsec_gym import __version__
 from avsec_gym.attacks.facula import THESIS_RADII
-from avsec_gym.drives.contested_drives import ContestedRule
 from avsec_gym.drives.drive_folder import RECORD, DriveFolder, differences
 from avsec_gym.drives.driving import make_drives
 from avsec_gym.drives.one_drive import Driven, DriveTask, drive
@@ -52,7 +51,7 @@ SETTINGS = (
 """The settings of every demo."""
 CONTROL_SETTING = DriveSetting(CONTROL, _DEFENCE)
 """The setting that shows needless stops."""
-_ORDER = (CONTROL, DEFENDED, UNATTACKED, ATTACKED)
+_ORDER = (CONTROL, UNATTACKED, ATTACKED, DEFENDED)
 """The order of the drives: those that take longest begin first."""
 
 
@@ -117,17 +116,6 @@ def last_drive(seed: int) -> Driven:
     setting = next(each for each in SETTINGS if each.name == _ORDER[-1])
     task = DriveTask(setting.name, TELLING[seed].scene, STRAIGHT, seed)
     return drive(setting.environment(_scenarios(seed)), task, setting.driver, views=True)
-
-
-def is_still_telling(seed: int) -> bool:
-    """Whether the scene that is known for a seed is contested by today's sources.
-
-    Args:
-        seed: The demo's seed.
-    """
-    if seed not in TELLING:
-        return True  # It is looked for by the rule itself.
-    return ContestedRule(_scenarios(seed)).holds(TELLING[seed].scene)
 
 
 def are_demo_drives(out: Path, seed: int, *, control: bool = False) -> bool:
