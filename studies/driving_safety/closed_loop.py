@@ -7,8 +7,8 @@ there; studies/catalogue.toml has the commands.  ``labels``, ``drives`` and ``tr
 with truth, blind, and every shipped error model.  ``rendered``, ``rendered_pgd`` and ``models``
 render: all three drive contested scenes (`contested_drives`), since an error model has nothing to
 validate, and drives in which nothing is in the way show little.  In ``models`` error models
-are driven beside what they are models of: a setting ``rendered_dsgn_patch`` beside the error model
-``dsgn_patch``.  `closed_loop_page` shows the result.
+drive them, too, and are held against what they are models of: a setting ``rendered_dsgn_patch``
+beside them, or one of ``rendered`` and ``rendered_pgd``.  `closed_loop_page` shows the result.
 Settings that are added, such as an error model of a detector under an attack, come into the table
 by themselves.  Every collision at fault under truth is listed, with its certificates: whether no
 car could have avoided it, and from when on no plan did.
@@ -56,6 +56,12 @@ CONTESTED = "contested.json"
 TRUTH, BLIND = "truth", "blind"
 RENDERED = "rendered_"
 """What the name of a setting begins with that renders what an error model is a model of."""
+COUNTERPARTS = {
+    "stereo_rcnn": ("rendered", "detector"),
+    "stereo_rcnn_patch": ("rendered", "attacked_patch"),
+    "stereo_rcnn_thesis_pgd": ("rendered_pgd", "attacked_thesis_pgd"),
+}
+"""The set and the setting of other models: they are rendered once."""
 FEWEST = 50
 """Scenes in which a model is held against rendered sensors, at least, before it is believed."""
 _RESAMPLES = 2000
@@ -240,23 +246,26 @@ def _ordered(
     return sorted(settings, key=lambda name: shares[name])
 
 
-def judged_models(table: LoopTable) -> list[JudgedModel]:
-    """Every error model beside which the same detector was rendered.
+def judged_models(tables: Mapping[str, LoopTable]) -> list[JudgedModel]:
+    """Every error model that has driven the scenes in which its detector was rendered.
 
     Args:
-        table: The drives, of settings ``MODEL`` and ``rendered_MODEL``.
+        tables: The drives by the name of their set; of ``models``, with settings ``MODEL`` and
+            ``rendered_MODEL``.
     """
-    collisions = {each.summary.setting: each.summary.rates["collision"] for each in table.settings}
-    return [
-        JudgedModel(
-            name.removeprefix(RENDERED),
-            rendered,
-            modelled := collisions[name.removeprefix(RENDERED)],
-            believed=_is_within(modelled, rendered),
-        )
-        for name, rendered in collisions.items()
-        if name.startswith(RENDERED) and name.removeprefix(RENDERED) in collisions
-    ]
+    judged = []
+    for name, modelled in _collisions(tables, "models").items():
+        set, setting = COUNTERPARTS.get(name, ("models", f"{RENDERED}{name}"))
+        rendered = _collisions(tables, set).get(setting)
+        if rendered is not None:
+            believed = _is_within(modelled, rendered)
+            judged.append(JudgedModel(name, rendered, modelled, believed))
+    return judged
+
+
+def _collisions(tables: Mapping[str, LoopTable], set: str) -> dict[str, Share]:
+    settings = tables[set].settings if set in tables else ()
+    return {each.summary.setting: each.summary.rates["collision"] for each in settings}
 
 
 def _is_within(modelled: Share, rendered: Share) -> bool:
@@ -333,14 +342,13 @@ def main() -> None:
     given = parser.parse_args()
     there = [name for name in SETS if (given.runs / name).is_dir()]
     tables = {name: table(given.runs / name) for name in there}
-    judged = judged_models(tables["models"]) if "models" in tables else []
     modelled = {name: _rows(given.runs / name) for name in MODELLED if name in tables}
     contested = given.runs / CONTESTED
     result = LoopTables(
         **tables,
         pooled=pooled_rankings(modelled) if modelled else (),
         looked_at=read_contested(contested).looked_at if contested.is_file() else None,
-        judged_models=judged,
+        judged_models=judged_models(tables),
     )
     write_text(given.json, json.dumps(row_json(result), indent=1) + "\n", overwrite=True)
 

@@ -32,7 +32,7 @@ from studies.driving_safety.closed_loop import (
     Ranking,
 )
 
-PARTS = ("closed_loop_scenes", "closed_loop_rendered", "closed_loop_models")
+PARTS = ("closed_loop_scenes", "closed_loop_rendered")
 """Studies whose results the page shows."""
 _COMMAND = "Make it with `python -m studies.closed_loop`, or take the file away."
 _SETS = {
@@ -41,7 +41,7 @@ _SETS = {
     "tracking": "KITTI tracking, straight on; ego motion estimated from standing objects",
     "rendered": "Contested drives on rendered sensors: clean, attacked, defended",
     "rendered_pgd": "The same drives under gradients, without and with the defence",
-    "models": "Error models on contested drives, and what they are models of, rendered",
+    "models": "Error models on the same drives, and DSGN, rendered",
 }
 _RATES = {
     "collision": "collision",

@@ -126,8 +126,14 @@ def test_an_error_model_is_believed_within_the_rendered_interval(
 
     settings = [setting("dsgn", collisions), setting("rendered_dsgn", 12), setting("blind", 3)]
     driven = LoopTable(scenes, [*settings, setting("rendered_late", 0)], Ranking(None, None), [])
-    (judged,) = judged_models(driven)
+    (judged,) = judged_models({"models": driven})
     assert (judged.model, judged.rendered.count, judged.believed) == ("dsgn", 12, believed)
+    # What drives beside other settings is rendered with those, under their names.
+    modelled = LoopTable(scenes, [setting("stereo_rcnn", collisions)], Ranking(None, None), [])
+    rendered = LoopTable(scenes, [setting("detector", 12)], Ranking(None, None), [])
+    assert judged_models({"models": modelled}) == []
+    (other,) = judged_models({"models": modelled, "rendered": rendered})
+    assert (other.model, other.rendered.count, other.believed) == ("stereo_rcnn", 12, believed)
     result = LoopTables(models=driven, judged_models=[judged])
     text = closed_loop_page(row_of(LoopTables, json.loads(json.dumps(row_json(result)))))
     assert f"| `dsgn` | {scenes} |" in text
@@ -144,7 +150,7 @@ def test_the_parts_that_are_there_make_one_page(tmp_path: Path) -> None:
     driven = LoopTable(2, [LoopSettingRates(summary, share)], Ranking(None, None), [])
     for name, part in (
         ("closed_loop_scenes", LoopTables(labels=driven, tracking=driven)),
-        ("closed_loop_models", LoopTables(models=driven, looked_at=70)),
+        ("closed_loop_rendered", LoopTables(models=driven, looked_at=70)),
     ):
         (tmp_path / f"{name}.json").write_text(json.dumps(row_json(part)))
     assert closed_loop_page_main(words) == 0
@@ -152,7 +158,7 @@ def test_the_parts_that_are_there_make_one_page(tmp_path: Path) -> None:
     titles = [line for line in text.splitlines() if line.startswith("## ")]
     assert len(titles) == 3
     assert "first of 70 procedural drives" in text
-    (tmp_path / "closed_loop_models.json").write_text('{"labels": 3}')
+    (tmp_path / "closed_loop_rendered.json").write_text('{"labels": 3}')
     assert closed_loop_page_main(words) == 1
 
 
