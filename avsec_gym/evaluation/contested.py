@@ -102,7 +102,8 @@ def contested_frames(
 
     Args:
         frames: Number of frames.
-        seed: Seed of the set of layouts; those that the package's networks know are below 1000.
+        seed: Seed of the set of layouts; the package's networks know some below 10000, which the
+            cards of their weights name.
         on_progress: Function of the progress, as of `make_data_set`; None: it is logged.
 
     Raises:

@@ -242,12 +242,20 @@ def _musts(scores: DetectorPrecision) -> list[str]:
         )
         if aim is not None:
             met = value >= aim.must and loosely >= aim.must_loosely
+            # An interval that contains what must be reached leaves open whether it is.
+            surely = all(
+                score.ap11_interval is not None and score.ap11_interval[LEVEL][0] >= must
+                for score, must in ((strict, aim.must), (loose, aim.must_loosely))
+            )
             goal = (
                 f"misses its goal by {aim.goal - value:.1f}"
                 if value < aim.goal
                 else f"passes its goal by {value - aim.goal:.1f}"
             )
-            remarks.append(f"`{name}` {'meets' if met else 'misses'} what it must and {goal}.")
+            close = ", by less than its intervals are wide," if met and not surely else ""
+            remarks.append(
+                f"`{name}` {'meets' if met else 'misses'} what it must{close} and {goal}."
+            )
     order = sorted(reached, key=lambda name: -reached[name])
     return [
         "## Against what they must",

@@ -112,7 +112,7 @@ def drives_ahead(out: Path, scenes: int, seed: int, processes: int) -> Iterator[
 
 
 def _compile_the_renderer() -> None:
-    """Render a frame that nobody asked for.
+    """Render a frame that is not kept.
 
     The other process meanwhile compiles the planner, which the choice of scenes needs.
     """
