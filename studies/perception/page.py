@@ -244,7 +244,7 @@ def _musts(scores: DetectorPrecision) -> list[str]:
             met = value >= aim.must and loosely >= aim.must_loosely
             # An interval that contains what must be reached leaves open whether it is.
             surely = all(
-                score.ap11_interval is not None and score.ap11_interval[LEVEL][0] >= must
+                score.ap11_interval and (score.ap11_interval[LEVEL][0] or 0.0) >= must
                 for score, must in ((strict, aim.must), (loose, aim.must_loosely))
             )
             goal = (
