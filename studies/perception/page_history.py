@@ -26,6 +26,7 @@ _LEADING = {
     "accuracy": "accuracy",
 }
 """The metric that leads in a card."""
+_VIEWS = {"3d": "in space", "bev": "from above", "2d": "in the image"}
 _STEPS = re.compile(
     r"(?P<numbers>\w+): a step took (?P<float32>[\d.]+) s in float32,"
     r" (?P<bfloat16>[\d.]+) s in bfloat16"
@@ -76,7 +77,7 @@ def trainings(history: TrainingHistory) -> list[str]:
 
 
 def every_scoring(scorings: Sequence[Scoring]) -> list[str]:
-    """All scorings of the stereo detectors, whichever weights and frames."""
+    """All scorings of detectors, whichever weights and frames."""
     rows = [
         [
             each.date,
@@ -85,6 +86,7 @@ def every_scoring(scorings: Sequence[Scoring]) -> list[str]:
             number(each.frames, 0),
             f"`{each.network}`",
             f"`{each.sha256[:8]}`",
+            _VIEWS[each.metric],
             f"{each.iou70:.1f} ({each.interval70[0]:.1f} to {each.interval70[1]:.1f})",
             number(each.iou50, 1),
         ]
@@ -93,17 +95,18 @@ def every_scoring(scorings: Sequence[Scoring]) -> list[str]:
     return [
         "## Every scoring",
         "",
-        "AP11 of cars in space, moderate, of every version of this page, with intervals over the"
-        " frames of one seed. Frames of seed 2 are of the first edition of the world and all its"
+        "AP11 of cars, moderate, of every version of this page, with intervals over the frames of"
+        " one seed. Frames of seed 2 are of the first edition of the world and all its"
         " assets; all others are of judging assets. How far the figures of one network differ"
         " between seeds shows what 400 frames decide. Weights that are there twice with one seed"
         " were scored again, by changed code.",
         "",
         *markdown_table(
-            ["date", "seed", "assets", "frames", "detector", "weights", "IoU 0.7", "IoU 0.5"],
+            ["date", "seed", "assets", "frames", "detector", "weights", "AP11", "IoU 0.7",
+             "IoU 0.5"],
             rows,
         ),
-    ]
+    ]  # fmt: skip
 
 
 def every_disparity(scorings: Sequence[DisparityScoring]) -> list[str]:

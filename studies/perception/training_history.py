@@ -38,6 +38,8 @@ NETWORKS = {
     "road_type": "road_type_small",
 }
 """The card of each network."""
+LEADING = {"pixor": "bev", "faster_rcnn": "2d", "yolo": "2d"}
+"""The precision by which a network is judged; of others that in space."""
 PLACES = ("studies/results", "docs/results")
 """Where results are, and were."""
 _USUAL_BATCH = 4
@@ -100,6 +102,8 @@ class Scoring:
     frames: int
     network: str
     sha256: str
+    metric: str
+    """``3d``, ``bev`` or ``2d``: in space, from above, in the image."""
     iou70: float
     iou50: float
     interval70: Sequence[float]
@@ -162,7 +166,10 @@ def run(options: argparse.Namespace) -> TrainingHistory:
     """
     return TrainingHistory(
         [row for name, card in NETWORKS.items() for row in trainings_of(name, _cards(card))],
-        list(scorings(_results("detectors.json"))),
+        [
+            *scorings(_results("detectors.json")),
+            *scorings(_results("single_sensor_detectors.json")),
+        ],
         [
             *real_of_stereo(_results("real_frames.json"), list(_results("detectors.json"))),
             *real_of_one_sensor(_results("single_sensor_detectors.json")),
@@ -210,20 +217,22 @@ def trainings_of(network: str, cards: Sequence[KeptFile]) -> list[Training]:
 
 
 def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
-    """The scorings that were new in each version of the result of `detector_precision`.
+    """The scorings that were new in each version of a result.
 
     Weights that are scored again on the same frames, by changed code, are there once more if the
     figures differ.
 
     Args:
-        results: The versions, in the order of time.
+        results: The versions, in the order of time, of the result of `detector_precision` or of
+            `single_sensor_precision`.
     """
     seen = set()
     for kept in results:
         data = kept.content["data"]
         for network, found in kept.content["detectors"].items():
             sha256 = found["weights"]["sha256"]
-            precision = {iou: found["average_precision"][iou]["3d"] for iou in ("0.7", "0.5")}
+            metric = LEADING.get(network, "3d")
+            precision = {iou: found["average_precision"][iou][metric] for iou in ("0.7", "0.5")}
             figures = [round(each["ap11"][1], 1) for each in precision.values()]
             key = data["fingerprint"], data["seed"], sha256, *figures
             if key in seen:
@@ -236,6 +245,7 @@ def scorings(results: Iterator[KeptFile]) -> Iterator[Scoring]:
                 data["frames"],
                 network,
                 sha256,
+                metric,
                 precision["0.7"]["ap11"][1],
                 precision["0.5"]["ap11"][1],
                 precision["0.7"]["ap11_interval"][1],

@@ -104,9 +104,24 @@ def test_each_scoring_counts_once() -> None:
         ("4", 6, 7),
         ("6", 6, 7.2),
     ]
-    assert "| 1 | 5 | judge | 4 | `dsgn` | `aaaaaaaa` | 3.0 (1.0 to 2.0) | 3.0 |" in every_scoring(
-        rows
-    )
+    text = every_scoring(rows)
+    assert "| 1 | 5 | judge | 4 | `dsgn` | `aaaaaaaa` | in space | 3.0 (1.0 to 2.0) | 3.0 |" in text
+
+
+def test_a_detector_is_scored_by_the_view_that_its_sensor_has() -> None:
+    found = result(5, "aaaaaaaaaa", 3.0)
+    of_space = found["detectors"].pop("dsgn")
+    of_image = {
+        "weights": {"sha256": "bbbbbbbbbb"},
+        "average_precision": {
+            iou: {"2d": each["3d"]} for iou, each in of_space["average_precision"].items()
+        },
+    }
+    found["detectors"] = {"pointrcnn": of_space, "yolo": of_image}
+    rows = list(scorings(iter([KeptFile("1", found)])))
+    assert [(row.network, row.metric) for row in rows] == [("pointrcnn", "3d"), ("yolo", "2d")]
+    text = every_scoring(rows)
+    assert "| `yolo` | `bbbbbbbb` | in the image | 3.0 (1.0 to 2.0) | 3.0 |" in text
 
 
 def test_each_scoring_of_disparity_counts_once() -> None:
