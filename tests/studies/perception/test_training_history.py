@@ -120,7 +120,7 @@ def test_a_detector_is_scored_by_the_view_that_its_sensor_has() -> None:
     found["detectors"] = {"pointrcnn": of_space, "yolo": of_image}
     rows = list(scorings(iter([KeptFile("1", found)])))
     assert [(row.network, row.metric) for row in rows] == [("pointrcnn", "3d"), ("yolo", "2d")]
-    text = every_scoring(rows)
+    text = "\n".join(every_scoring(rows))
     assert "| `yolo` | `bbbbbbbb` | in the image | 3.0 (1.0 to 2.0) | 3.0 |" in text
 
 
