@@ -16,7 +16,7 @@ from studies.result_fields import ResultField, bounds_at, is_made, number_at, st
 from studies.source_states import SourceState
 from studies.study import ROOT
 
-_COLUMNS = ("what", "thesis", "ours", "where", "kind", "field", "command", "sources", "conclusion")
+_COLUMNS = ("what", "thesis", "ours", "conclusion", "where", "kind", "sources", "field", "command")
 _DIGITS = 2
 _KINDS = tuple(kind.value for kind in DataKind)
 _SLIP = "not judged: it does not follow from the rest of its table"
@@ -108,7 +108,7 @@ def _cells(judged_row: JudgedRow, states: Mapping[str, SourceState]) -> list[lis
     row = judged_row.row
     head = [row.quantity, _thesis(row)]
     if not row.measured:
-        return [[*head, *[UNKNOWN] * 6, judged_row.conclusion]]
+        return [[*head, UNKNOWN, judged_row.conclusion, *[UNKNOWN] * 5]]
     lines: list[list[str]] = []
     for each, estimate in zip(row.measured, judged_row.ours, strict=True):
         first = not lines
@@ -117,12 +117,12 @@ def _cells(judged_row: JudgedRow, states: Mapping[str, SourceState]) -> list[lis
             [
                 *(head if first else ["", ""]),
                 _ours(estimate, row.unit),
+                judged_row.conclusion if first else "",
                 each.where or UNKNOWN,
                 each.kind.value,
+                states[study.name].word,
                 f"`{each.value}`",
                 f"`{study.command}`",
-                states[study.name].word,
-                judged_row.conclusion if first else "",
             ]
         )
     return lines

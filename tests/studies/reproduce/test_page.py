@@ -47,17 +47,18 @@ def test_the_lines_of_a_row(root: Path) -> None:
     lines = table_lines(rows, STATES)
     assert lines[0] == "### Table 1"
     assert lines[4] == (
-        '| cases | at least 90.00 % ("nine of ten") | 50.00 % [48.00, 53.00] | left | procedural |'
-        " `believed.json: rates[way=left].rate` | `python -m studies.believed` | stale |"
+        '| cases | at least 90.00 % ("nine of ten") | 50.00 % [48.00, 53.00] |'
         " confirmed where right; contradicted where left, by `believed` (procedural, stale) |"
+        " left | procedural | stale |"
+        " `believed.json: rates[way=left].rate` | `python -m studies.believed` |"
     )
-    assert lines[5].startswith("|  |  | 90.00 % [88.00, 92.00] | right |")
+    assert lines[5].startswith("|  |  | 90.00 % [88.00, 92.00] |  | right |")
     assert lines[7] == "### Figure 2"
     assert lines[11] == (
-        "| later | 7.00 | – | – | real | `chapter4.json: a.b` | `python -m studies.chapter4` |"
-        " not made yet | open (not measured yet) |"
+        "| later | 7.00 | – | open (not measured yet) | – | real | not made yet |"
+        " `chapter4.json: a.b` | `python -m studies.chapter4` |"
     )
-    assert lines[12] == "| no | 100.00 % | – | – | – | – | – | – | open (not measured yet) |"
+    assert lines[12] == "| no | 100.00 % | – | open (not measured yet) | – | – | – | – | – |"
     assert summary_lines(rows) == ["3 values: 1 confirmed in part, 2 open."]
 
 
