@@ -89,14 +89,14 @@ class ComparedAgent:
 
 
 def interquartile_estimate(rows: Sequence[ComparedAgent]) -> Estimate:
-    """The interquartile mean of all scores together; each row is a stratum of the bootstrap.
+    """The interquartile mean of all scores together; its interval is one over rows and blocks.
 
     Args:
-        rows: Trainings, or a single agent or baseline.
+        rows: Trainings, or a single agent or baseline; all have played the same episodes.
     """
-    strata = [row.scores for row in rows]
-    value = float(interquartile_mean(np.concatenate(strata)))
-    return Estimate(value, interquartile_interval(strata))
+    scores = [row.scores for row in rows]
+    value = float(interquartile_mean(np.concatenate(scores)))
+    return Estimate(value, interquartile_interval(scores))
 
 
 def improvement(rows: Sequence[ComparedAgent], other: ComparedAgent) -> Estimate:

@@ -67,7 +67,7 @@ class SensorPerception:
         self._seed = 0
 
     def begin(self, seed: int) -> None:
-        """Attacks draw from this seed and the time."""
+        """Attacks draw from this seed, at every instant alike: what they put up stays in place."""
         self._seed = seed
 
     def perceive(self, surroundings: Surroundings) -> Perception:
@@ -87,7 +87,7 @@ class SensorPerception:
             scene,
             surroundings.frame(),
             surroundings.intention,
-            seed=(self._seed, round(1000 * surroundings.time)),
+            seed=self._seed,
         )
         self.frame, self.perceived = seen, self.pipeline.perceive(seen)
         return self.perceived

@@ -1,4 +1,4 @@
-"""The interquartile mean of scores, with stratified bootstrap intervals.
+"""The interquartile mean of scores, with bootstrap intervals.
 
 R. Agarwal et al., "Deep reinforcement learning at the edge of the statistical precipice", NeurIPS
 2021: between a mean, which a few scores decide, and a median, which looks at one.
@@ -36,28 +36,27 @@ def interquartile_mean(scores: Floats) -> Floats:
 
 
 def interquartile_interval(
-    strata: Sequence[Floats], *, resamples: int = 2000, seed: int = 0
+    trainings: Sequence[Floats], *, resamples: int = 2000, seed: int = 0
 ) -> tuple[float, float]:
     """The 95 % percentile interval of the interquartile mean of all scores together.
 
-    The bootstrap draws as many scores of each stratum as it has, so that every training, or every
-    task, keeps its share.
+    The bootstrap draws trainings and tasks, each with replacement, as for
+    `probability_of_improvement`: tasks are the same for all trainings, and so are drawn for all
+    together.  Of one training only tasks are drawn.
 
     Args:
-        strata: Scores of each stratum, each of shape (N,).
+        trainings: The scores of each training on T tasks, each of shape (T,).
         resamples: Bootstrap samples.
         seed: Seed of the bootstrap.
 
     Returns:
         Lower and upper bound; nan, nan without scores.
     """
-    filled = [np.asarray(scores, float) for scores in strata if len(scores)]
-    if not filled:
+    scores = np.asarray(trainings, float)
+    if scores.size == 0:
         return (math.nan, math.nan)
     generator = np.random.default_rng(seed)
-    drawn = [
-        scores[generator.integers(len(scores), size=(resamples, len(scores)))] for scores in filled
-    ]
-    means = interquartile_mean(np.concatenate(drawn, axis=1))
-    low, high = np.quantile(means, [0.025, 0.975])
+    runs, tasks = (generator.integers(count, size=(resamples, count)) for count in scores.shape)
+    drawn = scores[runs[:, :, None], tasks[:, None, :]]
+    low, high = np.quantile(interquartile_mean(drawn.reshape(resamples, -1)), [0.025, 0.975])
     return (float(low), float(high))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -147,23 +147,19 @@ def fitted(entry: AgentConfiguration, budget: int) -> AgentConfiguration:
 
 
 def in_scenes(entry: AgentConfiguration, learned: str, held_out: str) -> AgentConfiguration:
-    """An entry with other sources of its scenes.
+    """An entry with other scenes: contested ones, where its environment has such.
 
     Args:
-        entry: The configuration, whose scenes are dictionaries with a ``source``.
+        entry: The configuration.
         learned: The folder of the scenes to learn in.
         held_out: The folder of the scenes to be judged by.
     """
-
-    def named(scenarios: Any, source: str) -> Any:
-        other = scenarios if isinstance(scenarios, Mapping) else {}
-        return {"scenarios": {**other, "source": source}}
-
-    training, judged = entry.env_kwargs, entry.held_out_kwargs
+    # Connected vehicles are attacked in every instant: none is contested.
+    chosen = {} if "Connected" in entry.env else {"contested": True}
     return replace(
         entry,
-        env_kwargs=training | named(training.get("scenarios"), learned),
-        eval_env_kwargs=entry.eval_env_kwargs | named(judged.get("scenarios"), held_out),
+        env_kwargs=entry.env_kwargs | {"scenarios": {"source": learned, **chosen}},
+        eval_env_kwargs=entry.eval_env_kwargs | {"scenarios": {"source": held_out, **chosen}},
     )
 
 

@@ -28,7 +28,7 @@ GAMES = {
     "agents_patch": ("a patch in both images", "features"),
     "agents_perturbation": ("gradients of another detector's loss", "features"),
     "agents_lidar": ("bogus points in the scan", "features"),
-    "agents_defender": ("nothing: it drives a car whose detector sees patches", "features"),
+    "agents_defender": ("nothing: its car's detector is under the thesis' PGD", "features"),
 }
 """Results by their names: what is attacked with, and what the agent sees."""
 LONGER = {"agents_closed_loop": "agents_closed_loop_long"}
@@ -92,7 +92,8 @@ def page(results: Mapping[str, Result]) -> str:
         " searched with as many. All play the same held-out episodes, in scenes that nothing was"
         " learned or searched in. Shown are interquartile means of the success rate of 20 episodes,"
         " over all seeds, with 95 % stratified bootstrap intervals. The best baseline is the one"
-        " that wins most often in training episodes. Who wins has intervals that are apart"
+        " that wins most often in training episodes. Who wins has intervals that are apart, an"
+        " agent from those of all baselines"
         " ([how agents are judged](../../docs/agents.md#judging)).",
         "",
         f"At the largest budget the agent wins in {len(won)} of {len(results)} games"
@@ -115,17 +116,16 @@ def page(results: Mapping[str, Result]) -> str:
 
 
 def winner(comparison: Result) -> str:
-    """Who wins at a budget, by intervals that are apart.
+    """Who wins at a budget, by intervals that are apart: the agent over every baseline.
 
     Args:
         comparison: One of a result's budgets.
     """
-    pool, best = _pool(comparison), _best(comparison)
-    (low, high), (other_low, other_high) = (
-        pool["interquartile_mean_interval"],
-        best["interquartile_interval"],
-    )
-    return AGENT if low > other_high else BASELINE if high < other_low else UNDECIDED
+    low, high = _pool(comparison)["interquartile_mean_interval"]
+    baselines = [row for row in comparison["rows"] if row["kind"] == "baseline"]
+    if low > max(row["interquartile_interval"][1] for row in baselines):
+        return AGENT
+    return BASELINE if high < _best(comparison)["interquartile_interval"][0] else UNDECIDED
 
 
 def _summary(name: str, found: Result) -> list[list[str]]:

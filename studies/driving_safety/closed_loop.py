@@ -298,7 +298,7 @@ def ranking(rows: Sequence[DriveRow], settings: Sequence[str], cluster: Cluster)
     )
     if rho is None:
         return Ranking(None, None)
-    interval = rho.interval
+    interval = rho.interval_around
     return Ranking(rho.value, None if interval is None else (interval[0], interval[1]))
 
 

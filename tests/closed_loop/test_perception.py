@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import avsec_gym  # noqa: F401 - registers the environments
+from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.drive_log import DriveLog
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
@@ -65,6 +66,33 @@ def test_a_detector_sees_frames_from_where_the_car_is() -> None:
     assert first.images[2].shape == (48, 160, 3)
     assert first.has_points
     assert not np.array_equal(first.images[2], second.images[2])
+
+
+def test_a_light_stays_where_it_is_while_the_car_drives_on() -> None:
+    scene = procedural_drive(0, 3, rig=resized_rig(kitti_rig(), 160))
+
+    def lit(seed: int, attack: Any) -> list[Any]:
+        detector: Any = Looking()
+        env = gym.make(
+            "avsec/ClosedLoop-v0",
+            scenarios=LoopScenes((scene.id,), lambda id: scene),
+            perception=SensorPerception(Pipeline(detector, attack=attack)),
+            motion="static",
+        )
+        env.reset(seed=seed)
+        env.step(np.zeros(2))
+        return [frame.images[2].astype(float) for frame in detector.frames]
+
+    facula = Facula(camera=2)
+    clean, attacked, others = lit(0, None), lit(0, facula), lit(1, facula)
+    spots = [
+        np.argwhere(shone - dark > 60.0).mean(axis=0)
+        for shown in (attacked, others)
+        for shone, dark in zip(shown, clean, strict=True)
+    ]
+    assert spots[0] == pytest.approx(spots[1], abs=2.0)
+    # Another drive has its light elsewhere.
+    assert np.abs(spots[0] - spots[2]).max() > 4.0
 
 
 def test_what_is_ahead_of_the_car_is_so_far_from_its_camera() -> None:

@@ -31,18 +31,20 @@ def test_one_wild_score_changes_nothing() -> None:
 
 
 def test_the_interval_is_that_of_all_resamples() -> None:
-    """Two strata of three scores have 27 resamples each: all 729 can be looked at."""
-    strata = [np.array([0.0, 0.4, 1.0]), np.array([2.0, 3.0, 7.0])]
-    own = [[list(draw) for draw in product(scores, repeat=3)] for scores in strata]
-    every = [trim_mean(first + second, 0.25) for first, second in product(*own)]
-    found = interquartile_interval(strata, resamples=200_000)
+    """Two trainings have four resamples, their three tasks 27: all 108 can be looked at."""
+    scores = np.array([[0.0, 0.4, 1.0], [2.0, 3.0, 7.0]])
+    every = [
+        trim_mean(scores[list(runs)][:, list(tasks)].ravel(), 0.25)
+        for runs, tasks in product(product(range(2), repeat=2), product(range(3), repeat=3))
+    ]
+    found = interquartile_interval(list(scores), resamples=200_000)
     # Means of so few scores come in steps: the quantile of all of them is one of two neighbours.
     for bound, share in zip(found, (0.025, 0.975), strict=True):
         near = np.quantile(every, [share - 0.003, share + 0.003])
         assert near[0] - 1e-9 <= bound <= near[1] + 1e-9
 
 
-def test_one_stratum_is_scipys_bootstrap() -> None:
+def test_one_training_is_scipys_bootstrap() -> None:
     scores = np.random.default_rng(3).normal(size=40)
     expected = bootstrap(
         (scores,),
@@ -54,10 +56,10 @@ def test_one_stratum_is_scipys_bootstrap() -> None:
     assert interquartile_interval([scores], resamples=20_000) == pytest.approx(expected, abs=0.02)
 
 
-def test_strata_keep_their_share() -> None:
-    """Without strata, some resamples would hold one group alone."""
+def test_trainings_that_differ_make_it_wide() -> None:
+    """Each of them alone scores the same on all tasks."""
     low, high = interquartile_interval([np.zeros(10), np.ones(10)])
-    assert (low, high) == (0.5, 0.5)
+    assert (low, high) == (0.0, 1.0)
 
 
 def test_no_scores_no_mean() -> None:

@@ -17,7 +17,8 @@ VEHICLES = (0, 1)
 DEAR_VEHICLES = (0,)
 """Vehicles whose frames are attacked by gradients, which takes ten times as long."""
 DEAREST, DEAREST_SHARE = "dsgn", 0.5
-"""The slowest detector, and in what share of the drives, the first ones, gradients attack it."""
+"""The slowest detector, and in what share of the drives that it is fitted to, the first ones,
+gradients attack it."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Case:
         attack: The name of the attack in the error model's name; empty: none.
         arguments: The attack as the registry takes it, a shipped patch by its name; None: none.
         vehicles: The vehicles whose frames it sees.
-        share: Share of the frames, the first ones, that it sees.
+        share: Share of the frames of `FIT`, the first ones, that it sees; of `CHECK` it sees all.
     """
 
     detector: str
@@ -60,7 +61,7 @@ class Case:
             kitti: The vehicle's folder.
         """
         every = KittiObject(kitti).ids(having=("label_2",))
-        return every[: round(self.share * len(every))]
+        return every[: round(self.share * len(every))] if kitti.parent.name == FIT else every
 
     def folders(self, runs: Path, of: str) -> Iterator[tuple[Path, Path]]:
         """Labelled frames, and the case's detections in them: a pair for each vehicle.

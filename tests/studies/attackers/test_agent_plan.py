@@ -40,6 +40,11 @@ def test_scenes_are_named_anew_and_all_else_stays() -> None:
     assert own.env_kwargs["scenarios"] == {"source": "a", "contested": True}
     assert own.held_out_kwargs == own.env_kwargs | {"scenarios": {"source": "b", "contested": True}}
     assert own.env_kwargs["radii"] == entry.env_kwargs["radii"]
+    # A folder has no parts of assets and no split; instants of connected vehicles are all played.
+    patch = in_scenes(configuration_of("PatchAttack-v0", "ppo"), "a", "b")
+    assert patch.env_kwargs["scenarios"] == {"source": "a", "contested": True}
+    connected = in_scenes(configuration_of("ConnectedSpoofing-v0", "ppo"), "a", "b")
+    assert connected.held_out_kwargs["scenarios"] == {"source": "b"}
 
 
 def test_a_budget_that_is_no_whole_rollouts_is_refused(tmp_path: Path) -> None:
