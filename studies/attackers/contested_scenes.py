@@ -28,11 +28,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, required=True, help="of the set of layouts")
     parser.add_argument("--assets", type=Assets, required=True, help="train, judge or all")
     parser.add_argument("--width", type=int, default=640, help="of the images, pixels")
+    parser.add_argument("--lidar", action="store_true", help="scans, too")
     parser.add_argument("--out", type=Path, required=True, help="folder of the data set")
     options = parser.parse_args(arguments)
 
     def work() -> None:
-        sensors = Sensors((2, 3), lidar=False, rig=resized_rig(kitti_rig(), options.width))
+        sensors = Sensors((2, 3), lidar=options.lidar, rig=resized_rig(kitti_rig(), options.width))
         recipe = contested_recipe(
             options.frames, seed=options.seed, sensors=sensors, assets=options.assets
         )
