@@ -44,11 +44,11 @@ def named_error_model(model: str | Path) -> ErrorModel:
     """
     path = error_model_file(model)
     found = read_error_model(path)
-    if path.parent != SHIPPED_MODELS:
-        return found
     today = weights_file_hash(found.card.get("detector"))
     fitted = found.card.get("weights")
-    if fitted != today and str(model) not in _REPORTED:
+    # One of your own detector, or of detections of unknown weights, may be of any.
+    is_known = path.parent == SHIPPED_MODELS or (fitted is not None and today is not None)
+    if is_known and fitted != today and str(model) not in _REPORTED:
         _REPORTED.add(str(model))
         _LOG.warning(
             "the error model %s was fitted to other weights (%s) than the detector has now (%s):"

@@ -62,6 +62,24 @@ def test_other_weights_are_reported_once(
     assert "other weights (00000000)" in record.getMessage()
 
 
+@pytest.mark.parametrize(("weights", "reports"), [("0" * 64, 1), (None, 0)])
+def test_so_are_those_of_a_file_of_one_s_own(
+    weights: str | None,
+    reports: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    content = json.loads((SHIPPED_MODELS / f"{shipped_error_models()[0]}.json").read_text())
+    content["card"]["weights"] = weights
+    own = tmp_path / "mine.json"
+    own.write_text(json.dumps(content))
+    monkeypatch.setattr(shipped, "_REPORTED", set())
+    with caplog.at_level(logging.WARNING):
+        named_error_model(own)
+    assert len(caplog.records) == reports
+
+
 def test_a_file_is_read_as_it_is(tmp_path: Path) -> None:
     name = shipped_error_models()[0]
     copy = tmp_path / "mine.json"
