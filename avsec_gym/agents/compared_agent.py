@@ -139,26 +139,43 @@ class PooledTrainings:
     seeds: tuple[int, ...]
     rows: tuple[ComparedAgent, ...]
 
-    def answer(self, best: ComparedAgent) -> str:
-        """Who wins: a sentence, by whether the intervals of the interquartile means are apart.
+    def winner(self, best: ComparedAgent, baselines: Sequence[ComparedAgent]) -> str:
+        """``agent``, ``baseline`` or ``undecided``, by intervals of interquartile means.
+
+        The trainings win where theirs lies above that of every baseline, and lose where it lies
+        below that of the best one.
 
         Args:
             best: The best baseline.
+            baselines: All of them.
+        """
+        low, high = interquartile_estimate(self.rows).interval or (np.nan, np.nan)
+        if low > max((each.middle.interval or (np.nan, np.nan))[1] for each in baselines):
+            return "agent"
+        return "baseline" if high < (best.middle.interval or (np.nan, np.nan))[0] else "undecided"
+
+    def answer(self, best: ComparedAgent, baselines: Sequence[ComparedAgent]) -> str:
+        """Who wins: a sentence.
+
+        Args:
+            best: The best baseline.
+            baselines: All of them.
         """
         own, theirs = interquartile_estimate(self.rows), best.middle
         means = f"interquartile mean {_percent(own)} against {_percent(theirs)}"
-        (low, high), (other_low, other_high) = own.interval or (), theirs.interval or ()
-        if low > other_high:
-            return f"{self.name}, wins against the best baseline, {best.name}: {means}"
-        if high < other_low:
-            return f"{best.name} wins against {self.name}: {means} for the baseline"
+        match self.winner(best, baselines):
+            case "agent":
+                return f"{self.name}, wins against every baseline, the best {best.name}: {means}"
+            case "baseline":
+                return f"{best.name} wins against {self.name}: {means} for the baseline"
         return f"undecided between {self.name}, and the best baseline, {best.name}: {means}"
 
-    def to_json(self, best: ComparedAgent) -> dict[str, Any]:
+    def to_json(self, best: ComparedAgent, baselines: Sequence[ComparedAgent]) -> dict[str, Any]:
         """Pooled figures with their 95 % intervals, and the comparison with the best baseline.
 
         Args:
             best: The best baseline.
+            baselines: All of them.
         """
         found = difference(self.rows, best)
         return {
@@ -171,7 +188,8 @@ class PooledTrainings:
             "difference": found.difference,
             "interval": found.interval and list(found.interval),
             **improvement(self.rows, best).columns("probability_of_improvement"),
-            "answer": self.answer(best),
+            "winner": self.winner(best, baselines),
+            "answer": self.answer(best, baselines),
         }
 
 

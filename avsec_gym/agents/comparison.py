@@ -43,8 +43,12 @@ class AgentComparison:
 
         Of equal ones that with the highest reward there.  The held-out episodes choose nothing.
         """
-        baselines = [row for row in self.rows if row.kind == "baseline"]
-        return max(baselines, key=lambda row: row.in_training)
+        return max(self.baselines, key=lambda row: row.in_training)
+
+    @property
+    def baselines(self) -> list[ComparedAgent]:
+        """All rows that are no agent's."""
+        return [row for row in self.rows if row.kind == "baseline"]
 
     def against_best(self, row: ComparedAgent) -> PairedDifference:
         """A row less the best baseline, paired."""
@@ -84,7 +88,7 @@ class AgentComparison:
                 for row in self.rows
                 if row.kind == "agent"
             ],
-            "pooled": [pool.to_json(best) for pool in self.pools],
+            "pooled": [pool.to_json(best, self.baselines) for pool in self.pools],
         }
 
 

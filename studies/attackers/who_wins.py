@@ -34,6 +34,7 @@ GAMES = {
 LONGER = {"agents_closed_loop": "agents_closed_loop_long"}
 """Games whose larger budgets are results of their own."""
 AGENT, BASELINE, UNDECIDED = "the agent", "the baseline", "undecided"
+_WINNERS = {"agent": AGENT, "baseline": BASELINE, "undecided": UNDECIDED}
 _PAGE = "agents.md"
 
 Result = Mapping[str, Any]
@@ -116,16 +117,12 @@ def page(results: Mapping[str, Result]) -> str:
 
 
 def winner(comparison: Result) -> str:
-    """Who wins at a budget, by intervals that are apart: the agent over every baseline.
+    """Who wins at a budget.
 
     Args:
         comparison: One of a result's budgets.
     """
-    low, high = _pool(comparison)["interquartile_mean_interval"]
-    baselines = [row for row in comparison["rows"] if row["kind"] == "baseline"]
-    if low > max(row["interquartile_interval"][1] for row in baselines):
-        return AGENT
-    return BASELINE if high < _best(comparison)["interquartile_interval"][0] else UNDECIDED
+    return _WINNERS[_pool(comparison)["winner"]]
 
 
 def _summary(name: str, found: Result) -> list[list[str]]:

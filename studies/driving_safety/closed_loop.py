@@ -255,16 +255,17 @@ def judged_models(tables: Mapping[str, LoopTable]) -> list[JudgedModel]:
     """
     judged = []
     for name, modelled in _collisions(tables, "models").items():
-        set, setting = COUNTERPARTS.get(name, ("models", f"{RENDERED}{name}"))
-        rendered = _collisions(tables, set).get(setting)
+        where, setting = COUNTERPARTS.get(name, ("models", f"{RENDERED}{name}"))
+        rendered = _collisions(tables, where).get(setting)
         if rendered is not None:
             believed = _is_within(modelled, rendered)
             judged.append(JudgedModel(name, rendered, modelled, believed))
     return judged
 
 
-def _collisions(tables: Mapping[str, LoopTable], set: str) -> dict[str, Share]:
-    settings = tables[set].settings if set in tables else ()
+def _collisions(tables: Mapping[str, LoopTable], where: str) -> dict[str, Share]:
+    """The share of drives with a collision of each setting in a set; empty without drives."""
+    settings = tables[where].settings if where in tables else ()
     return {each.summary.setting: each.summary.rates["collision"] for each in settings}
 
 

@@ -171,7 +171,7 @@ def test_trainings_that_differ_in_the_seed_alone_are_pooled() -> None:
 @pytest.mark.parametrize(
     ("rates", "said"),
     [
-        ((0.7, 0.8), "wins against the best baseline, b: interquartile mean"),
+        ((0.7, 0.8), "wins against every baseline, the best b: interquartile mean"),
         ((0.1, 0.2), "b wins against ppo, 2 seeds: interquartile mean"),
         ((0.4, 0.6), "undecided between ppo, 2 seeds, and the best baseline, b"),
     ],
@@ -194,6 +194,18 @@ def test_pooled_seeds_are_judged_by_intervals_that_are_apart(
     assert pool["difference"] == pytest.approx(np.mean(alone))
     chances = [each["probability_of_improvement"] for each in found["against_best_baseline"]]
     assert pool["probability_of_improvement"] == pytest.approx(np.mean(chances))
+
+
+def test_who_beats_the_best_in_training_alone_has_not_won() -> None:
+    """A baseline that did worse in training episodes may do better in the held-out ones."""
+    generator = np.random.default_rng(0)
+    rows = [row(f"seed {i}", generator.random(400) < 0.7, "agent") for i in range(2)]
+    (pool,) = pooled([agent("seed 0", 0), agent("seed 1", 1)], rows)
+    best, late = (
+        row(name, generator.random(400) < rate) for name, rate in (("b", 0.2), ("c", 0.7))
+    )
+    assert pool.winner(best, [best]) == "agent"
+    assert pool.winner(best, [best, late]) == "undecided"
 
 
 @pytest.mark.parametrize(
